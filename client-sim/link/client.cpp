@@ -31,6 +31,12 @@ double backoff_s(int attempts) {
     return std::min(2.0, 0.1 * static_cast<double>(1 << std::min(attempts, 5)));
 }
 
+/// Whether a redirect names an address.
+bool makes_sense(const wire::RedirectMessage& redirect) {
+    return redirect.host.size() <= 253 && core::is_clean_utf8(redirect.host) &&
+           redirect.tcp_port != 0 && redirect.tcp_port <= 65535;
+}
+
 }  // namespace
 
 Client::Client(Transport& transport, SessionHandler& handler, Login login)
@@ -206,7 +212,17 @@ void Client::receive(const wire::ClosingMessage& closing, double now_s) {
         travelling_since_s_ = last_packet_s_;
         if (follow(*closing.redirect, now_s)) {
             ++stats_.travels;
+            stats_.travels_prepared += transport_.prepared() ? 1 : 0;
         }
+    }
+}
+
+void Client::receive(const wire::RedirectMessage& ahead, double now_s) {
+    const bool in_time = now_s - prepared_s_ >= kPrepareEveryS;
+    if (state_ == SessionState::kOnline && in_time && makes_sense(ahead)) {
+        prepared_s_ = now_s;
+        transport_.prepare(
+            ahead.host, static_cast<std::uint16_t>(ahead.tcp_port), ahead.certificate_sha256);
     }
 }
 
@@ -214,8 +230,7 @@ bool Client::follow(const wire::RedirectMessage& redirect, double now_s) {
     if (++hops_ > kMostHops) {
         trouble_ = "sent from server to server " + std::to_string(kMostHops) +
                    " times: the cluster's servers do not agree on who has the world";
-    } else if (redirect.host.size() > 253 || !core::is_clean_utf8(redirect.host) ||
-               redirect.tcp_port == 0 || redirect.tcp_port > 65535) {
+    } else if (!makes_sense(redirect)) {
         trouble_ = "sent to another server, whose address makes no sense";
     } else {
         transport_.close();

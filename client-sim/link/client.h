@@ -15,7 +15,7 @@
 
 namespace zoned::link {
 
-inline constexpr std::uint32_t kProtocolVersion = 6;
+inline constexpr std::uint32_t kProtocolVersion = 7;
 
 /// The login of a client. `ticket` is a serialised Ticket (proto/session.proto) or empty (a server
 /// in development mode).
@@ -64,7 +64,8 @@ struct SessionStats {
     std::uint64_t sessions_lost = 0;  ///< resumes refused by the server, followed by a new login
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
-    std::uint64_t travels = 0;  ///< to another world of a cluster
+    std::uint64_t travels = 0;           ///< to another world of a cluster
+    std::uint64_t travels_prepared = 0;  ///< of these: the stream to its server was open already
     std::vector<double>
         travel_gaps_s;            ///< from the last word of one world to the avatar in the next
     std::uint64_t redirects = 0;  ///< to the server that has the world, or the character
@@ -140,6 +141,8 @@ class Client {
     static constexpr int kMostHops = 4;
     /// A client that the cluster sends to a server tries for this long to reach it.
     static constexpr double kRedirectPatienceS = 30.0;
+    /// A hostile server does not make its clients knock on many doors.
+    static constexpr double kPrepareEveryS = 0.5;
     static constexpr std::size_t kMaxUnackedCommands = 1024;
 
   private:
@@ -180,6 +183,7 @@ class Client {
     void receive(const wire::JoinedMessage& joined, double now_s);
     void receive(const wire::AuditRecordMessage& record, double now_s);
     void receive(const wire::ClosingMessage& closing, double now_s);
+    void receive(const wire::RedirectMessage& ahead, double now_s);
     void receive(const wire::DatagramMessage& datagram, double now_s);
     void receive(const wire::CommandAckMessage& ack, double now_s);
     void receive(std::monostate nothing, double now_s);
@@ -215,6 +219,7 @@ class Client {
     int attempts_ = 0;
     int hops_ = 0;  // since the last session
     double redirected_s_ = -1.0;
+    double prepared_s_ = -kPrepareEveryS;  // when a server was last told of that may follow
     double travelling_since_s_ = -1.0;
     std::optional<wire::RedirectMessage> travel_;  // of the closing message, until the stream ends
     DatagramChannel channel_;

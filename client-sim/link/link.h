@@ -42,6 +42,19 @@ class Transport {
     virtual void send_datagram(Bytes datagram) = 0;
     virtual void close() = 0;
 
+    /// The client may soon be redirected to this server: a stream to it is opened beside the
+    /// present one, so that a redirect finds it open. Nothing happens where that cannot be.
+    virtual void prepare(const std::string& host,
+                         std::uint16_t port,
+                         const std::string& certificate_sha256) {
+        (void)host;
+        (void)port;
+        (void)certificate_sha256;
+    }
+
+    /// Whether the stream that the next open() opens is open already, by prepare().
+    [[nodiscard]] virtual bool prepared() const { return false; }
+
     /// The next open() goes to this server (no host: the present one); `certificate_sha256` (32
     /// bytes, or empty) is what a client that trusts by a pin expects there. False: this transport
     /// knows one server only.

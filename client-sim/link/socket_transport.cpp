@@ -80,9 +80,7 @@ void SocketNetwork::poll(double now_s) {
     // A copy: a client that hears that a name is unknown may end its transport.
     const std::vector<SocketTransport*> waiting = transports_;
     for (SocketTransport* transport : waiting) {
-        if (transport->opening_) {
-            transport->connect();
-        }
+        transport->advance();
     }
 }
 
@@ -110,8 +108,7 @@ std::vector<BottleneckMeter> SocketNetwork::bottlenecks(Direction direction) con
 SocketTransport::SocketTransport(SocketNetwork& network, std::uint64_t index)
     : network_(network),
       index_(index),
-      endpoint_(network.endpoint_),
-      trust_(network.settings_.trust),
+      route_(std::make_shared<ServerRoute>()),
       conditioned_(network.settings_.conditioner.active()),
       up_datagrams_(network.settings_.conditioner, Conditioner::Mode::kDatagrams, 4 * index),
       down_datagrams_(network.settings_.conditioner,
@@ -120,11 +117,14 @@ SocketTransport::SocketTransport(SocketNetwork& network, std::uint64_t index)
                       Direction::kDown),
       up_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 2),
       down_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 3) {
+    route_->endpoint = network.endpoint_;
+    route_->trust = network.settings_.trust;
 }
 
 SocketTransport::~SocketTransport() {
     events_ = {};
     close();
+    drop_ahead();
     network_.by_connection_.erase(connection_);
     std::erase(network_.transports_, this);
 }
@@ -134,87 +134,186 @@ void SocketTransport::set_events(TransportEvents events) {
 }
 
 void SocketTransport::open() {
-    close();
+    const bool was_prepared = route_->stream && !route_->is_used;
+    if (!was_prepared) {
+        close();
+    }
     up_frames_.clear();
     down_frames_.clear();
+    route_->is_used = true;
+    if (was_prepared) {
+        opened_ahead_ = route_->is_open;  // the next poll says so
+    } else {
+        start(route_);
+    }
+}
+
+StreamEvents SocketTransport::events_of(ServerRoute* to) {
     StreamEvents events;
-    events.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
-        if (events_.opened) {
-            events_.opened(down, up);
-        }
+    events.opened = [this, to](const wire::SealKey& down, const wire::SealKey& up) {
+        to->down = down;
+        to->up = up;
+        to->is_open = true;
+        opened_ahead_ = opened_ahead_ || to->is_used;
+        report_open();
     };
-    events.opened_inside = [this] {
-        if (events_.opened_inside) {
-            events_.opened_inside();
-        }
+    events.opened_inside = [this, to] {
+        to->is_inside = true;
+        to->is_open = true;
+        opened_ahead_ = opened_ahead_ || to->is_used;
+        report_open();
     };
-    events.frame = [this](Bytes frame) {
+    events.frame = [this, to](Bytes frame) {
+        if (!to->is_used) {
+            return;  // a server says nothing before Hello
+        }
         if (conditioned_) {
             down_frames_.push(network_.now_s_, std::move(frame));
         } else if (events_.frame) {
             events_.frame(std::move(frame));
         }
     };
-    events.closed = [this](std::string reason) {
-        // Messages that the server sent before it closed still count, the goodbye above all.
-        Bytes frame;
-        while (down_frames_.pop_due(1e300, frame)) {
-            if (events_.frame) {
-                events_.frame(std::move(frame));
-            }
-        }
-        stream_.reset();
-        if (events_.closed) {
-            events_.closed(std::move(reason));
-        }
+    events.closed = [this, to](std::string reason) {
+        lose(*to, std::move(reason));
     };
-    const NetworkSettings& settings = network_.settings_;
-    if (settings.make_stream) {
-        stream_ = settings.make_stream(network_.io_, network_.tls_, trust_, std::move(events));
-    } else {
-        stream_ =
-            std::make_shared<TlsStream>(network_.io_, network_.tls_, trust_, std::move(events));
+    return events;
+}
+
+/// The stream that is used is open.
+void SocketTransport::report_open() {
+    if (!opened_ahead_) {
+        return;
     }
-    opening_ = true;
-    connect();
+    opened_ahead_ = false;
+    route_->is_open = false;
+    if (route_->is_inside && events_.opened_inside) {
+        events_.opened_inside();
+    } else if (!route_->is_inside && events_.opened) {
+        events_.opened(route_->down, route_->up);
+    }
+}
+
+void SocketTransport::lose(ServerRoute& route, std::string reason) {
+    route.stream.reset();
+    route.is_open = false;
+    if (!route.is_used) {
+        return;
+    }
+    // Messages that the server sent before it closed still count, the goodbye above all.
+    Bytes frame;
+    while (down_frames_.pop_due(1e300, frame)) {
+        if (events_.frame) {
+            events_.frame(std::move(frame));
+        }
+    }
+    if (events_.closed) {
+        events_.closed(std::move(reason));
+    }
+}
+
+void SocketTransport::start(std::shared_ptr<ServerRoute> route) {
+    const NetworkSettings& settings = network_.settings_;
+    StreamEvents events = events_of(route.get());
+    if (settings.make_stream) {
+        route->stream =
+            settings.make_stream(network_.io_, network_.tls_, route->trust, std::move(events));
+    } else {
+        route->stream = std::make_shared<TlsStream>(
+            network_.io_, network_.tls_, route->trust, std::move(events));
+    }
+    route->waits = true;
+    connect(*route);
 }
 
 /// At once, or when the name of a redirect is known.
-void SocketTransport::connect() {
-    if (lookup_) {
-        const std::optional<Address> found = lookup_->answer();
+void SocketTransport::connect(ServerRoute& route) {
+    if (route.lookup) {
+        const std::optional<Address> found = route.lookup->answer();
         if (!found) {
             return;
         }
-        lookup_.reset();
+        route.lookup.reset();
         if (!*found) {
-            opening_ = false;
-            stream_.reset();
-            if (events_.closed) {
-                events_.closed(found->error());
-            }
+            route.waits = false;
+            lose(route, found->error());
             return;
         }
-        endpoint_ = **found;
+        route.endpoint = **found;
     }
-    opening_ = false;
-    stream_->connect(endpoint_);
+    route.waits = false;
+    route.stream->connect(route.endpoint);
+}
+
+void SocketTransport::advance() {
+    const std::shared_ptr<ServerRoute> ahead = ahead_;
+    if (ahead && ahead->waits) {
+        connect(*ahead);
+    }
+    report_open();
+    // At last: a client that hears that a name is unknown may end this transport.
+    const std::shared_ptr<ServerRoute> route = route_;
+    if (route->waits) {
+        connect(*route);
+    }
+}
+
+std::shared_ptr<SocketTransport::ServerRoute> SocketTransport::route_to(
+    const std::string& host,
+    std::uint16_t port,
+    const std::string& certificate_sha256) const {
+    auto route = std::make_shared<ServerRoute>();
+    route->host = host;
+    route->port = port;
+    route->certificate = certificate_sha256;
+    route->trust = route_->trust;
+    route->endpoint = route_->endpoint;
+    if (host.empty()) {
+        route->endpoint.port(port);
+    } else {
+        route->lookup = std::make_unique<NameLookup>(host, std::to_string(port));
+        route->trust.host = host;
+    }
+    // A client that trusts by a pin got the other server's from a server that it trusts.
+    if (route->trust.kind == Trust::TrustKind::kPin && certificate_sha256.size() == 32) {
+        route->trust.pin.assign(certificate_sha256.begin(), certificate_sha256.end());
+    }
+    return route;
+}
+
+bool SocketTransport::leads_to(const ServerRoute& route,
+                               const std::string& host,
+                               std::uint16_t port,
+                               const std::string& certificate_sha256) {
+    return route.stream && route.host == host && route.port == port &&
+           route.certificate == certificate_sha256;
+}
+
+void SocketTransport::prepare(const std::string& host,
+                              std::uint16_t port,
+                              const std::string& certificate_sha256) {
+    if (ahead_ && leads_to(*ahead_, host, port, certificate_sha256)) {
+        return;
+    }
+    drop_ahead();
+    ahead_ = route_to(host, port, certificate_sha256);
+    start(ahead_);
+}
+
+void SocketTransport::drop_ahead() {
+    if (ahead_ && ahead_->stream) {
+        ahead_->stream->close();
+    }
+    ahead_.reset();
 }
 
 bool SocketTransport::redirect(const std::string& host,
                                std::uint16_t port,
                                const std::string& certificate_sha256) {
     close();
-    if (host.empty()) {
-        lookup_.reset();
-        endpoint_.port(port);
+    if (ahead_ && leads_to(*ahead_, host, port, certificate_sha256)) {
+        route_ = std::exchange(ahead_, nullptr);
     } else {
-        lookup_ = std::make_unique<NameLookup>(host, std::to_string(port));
-        trust_.host = host;
-    }
-    // A client that trusts by a pin got the other server's from a server that it trusts.
-    if (trust_.kind == Trust::TrustKind::kPin && certificate_sha256.size() == 32) {
-        trust_.pin.assign(certificate_sha256.begin(), certificate_sha256.end());
+        route_ = route_to(host, port, certificate_sha256);
     }
     return true;
 }
@@ -222,8 +321,8 @@ bool SocketTransport::redirect(const std::string& host,
 void SocketTransport::send_frame(Bytes frame) {
     if (conditioned_) {
         up_frames_.push(network_.now_s_, std::move(frame));
-    } else if (stream_) {
-        stream_->send_frame(frame);
+    } else if (route_->stream) {
+        route_->stream->send_frame(frame);
     }
 }
 
@@ -235,7 +334,7 @@ void SocketTransport::set_udp(std::uint16_t udp_port, std::uint32_t connection_i
         up_datagrams_.restart_bottleneck_meter(network_.now_s_);
         down_datagrams_.restart_bottleneck_meter(network_.now_s_);
     }
-    const asio::ip::udp::endpoint to(endpoint_.address(), udp_port);
+    const asio::ip::udp::endpoint to(route_->endpoint.address(), udp_port);
     to_size_ = static_cast<socklen_t>(to.size());
     std::memcpy(&to_, to.data(), to.size());
 }
@@ -260,8 +359,8 @@ void SocketTransport::release(double now_s) {
         transmit(std::move(bytes));
     }
     while (up_frames_.pop_due(now_s, bytes)) {
-        if (stream_) {
-            stream_->send_frame(bytes);
+        if (route_->stream) {
+            route_->stream->send_frame(bytes);
         }
     }
     while (down_datagrams_.pop_due(now_s, bytes)) {
@@ -277,17 +376,19 @@ void SocketTransport::release(double now_s) {
 }
 
 void SocketTransport::close() {
-    if (!stream_) {
+    opened_ahead_ = false;
+    if (!route_->stream) {
         return;
     }
     Bytes frame;
     while (up_frames_.pop_due(1e300, frame)) {
-        stream_->send_frame(frame);
+        route_->stream->send_frame(frame);
     }
     down_frames_.clear();
-    opening_ = false;
-    stream_->close();
-    stream_.reset();
+    route_->waits = false;
+    route_->is_open = false;
+    route_->stream->close();
+    route_->stream.reset();
 }
 
 }  // namespace zoned::link

@@ -84,6 +84,12 @@ class SocketTransport final : public Transport {
     void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override;
     void send_datagram(Bytes datagram) override;
     void close() override;
+    void prepare(const std::string& host,
+                 std::uint16_t port,
+                 const std::string& certificate_sha256) override;
+
+    [[nodiscard]] bool prepared() const override { return route_ && route_->is_open; }
+
     bool redirect(const std::string& host,
                   std::uint16_t port,
                   const std::string& certificate_sha256) override;
@@ -91,7 +97,40 @@ class SocketTransport final : public Transport {
   private:
     friend class SocketNetwork;
 
-    void connect();
+    /// A server, and the stream that leads to it.
+    struct ServerRoute {
+        std::string host;  // of a redirect; empty: that of the server before
+        std::uint16_t port = 0;
+        std::string certificate;
+        Trust trust;
+        asio::ip::tcp::endpoint endpoint;
+        std::unique_ptr<NameLookup> lookup;  // none: the endpoint is known
+        std::shared_ptr<FrameStream> stream;
+        bool waits = false;    // for the lookup
+        bool is_used = false;  // not just prepared
+        bool is_open = false;  // while it is not used
+        wire::SealKey down{};  // of an open stream ...
+        wire::SealKey up{};
+        bool is_inside = false;  // ... or it protects what it carries
+    };
+
+    [[nodiscard]] std::shared_ptr<ServerRoute> route_to(
+        const std::string& host,
+        std::uint16_t port,
+        const std::string& certificate_sha256) const;
+    /// Makes its stream and connects, when its name is known.
+    void start(std::shared_ptr<ServerRoute> route);
+    /// The route holds its stream, so the stream's events must not hold the route.
+    [[nodiscard]] StreamEvents events_of(ServerRoute* to);
+    void connect(ServerRoute& route);
+    void lose(ServerRoute& route, std::string reason);
+    void report_open();
+    [[nodiscard]] static bool leads_to(const ServerRoute& route,
+                                       const std::string& host,
+                                       std::uint16_t port,
+                                       const std::string& certificate_sha256);
+    void drop_ahead();
+    void advance();
 
     /// Delivers the messages that the conditioner releases at `now_s`, both directions.
     void release(double now_s);
@@ -100,11 +139,9 @@ class SocketTransport final : public Transport {
     SocketNetwork& network_;
     std::size_t index_;
     TransportEvents events_;
-    std::shared_ptr<FrameStream> stream_;
-    asio::ip::tcp::endpoint endpoint_;    // open() goes there
-    Trust trust_;                         // of it
-    std::unique_ptr<NameLookup> lookup_;  // of a redirect; none: the endpoint is known
-    bool opening_ = false;                // open() waits for the lookup
+    std::shared_ptr<ServerRoute> route_;  // open() goes there
+    std::shared_ptr<ServerRoute> ahead_;  // prepared; null: nothing is
+    bool opened_ahead_ = false;           // open() found an open stream, which is to be reported
     std::uint32_t connection_ = 0;
     sockaddr_storage to_{};
     socklen_t to_size_ = 0;

@@ -278,6 +278,7 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     const bool travels = client.on_its_way();
     r.bots_lost += mine.joined && !online(bot) && !travels ? 1 : 0;
     r.travels += client.stats().travels;
+    r.travels_prepared += client.stats().travels_prepared;
     r.redirects += client.stats().redirects;
     for (const double gap_s : client.stats().travel_gaps_s) {
         r.travel_gap_ms.add(1e3 * gap_s);

@@ -125,6 +125,7 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("recovered", r.recovered);
     json.field("sessions_lost", r.sessions_lost);
     json.field("travels", r.travels);
+    json.field("travels_prepared", r.travels_prepared);
     json.field("redirects", r.redirects);
     json.field("travel_gap_ms_p50", r.travel_gap_ms.percentile(0.5));
     json.field("travel_gap_ms_p99", r.travel_gap_ms.percentile(0.99));

@@ -73,8 +73,9 @@ struct RunReport {
     std::uint64_t resumed = 0;
     std::uint64_t recovered = 0;  ///< of these: by a server that had crashed in between
     std::uint64_t sessions_lost = 0;
-    std::uint64_t travels = 0;      ///< to another world of a cluster
-    std::uint64_t redirects = 0;    ///< logins that another server took
+    std::uint64_t travels = 0;           ///< to another world of a cluster
+    std::uint64_t travels_prepared = 0;  ///< of these: the stream to its server was open already
+    std::uint64_t redirects = 0;         ///< logins that another server took
     core::Histogram travel_gap_ms;  ///< from the last word of one world to the avatar in the next
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;

@@ -115,10 +115,11 @@ void ClusterWiring::keep(const session::LoginToStore& login, const ServerCluster
 
 void ClusterWiring::deliver(TickResult result) {
     const std::vector<TravelWish> wishes = std::move(result.wishes);
+    const std::vector<TravelAhead> ahead = std::move(result.ahead);
     const std::vector<ClientId> departed = std::move(result.departed);
     network_->deliver(std::move(result));
     if (cluster_) {
-        cluster_->on_tick(wishes, departed);
+        cluster_->on_tick(wishes, ahead, departed);
     }
 }
 

@@ -38,6 +38,7 @@ struct ClusterPorts {
 
 /// The way of an account from this world to another:
 ///
+///   ahead   an avatar comes near to a portal: its client hears where, and connects there already
 ///   wish    an avatar stands in a portal, and the other world is open
 ///   probe   a write shows that the board takes writes; until here nothing has changed
 ///   freeze  the avatar leaves its zone, and all sessions of the account but its own end
@@ -72,8 +73,10 @@ class ServerCluster {
     /// A login that came with a good ticket. `let_in` gets the place where the avatar appears; it
     /// is not called where the account is not this world's.
     void admit(const session::LoginToStore& login, std::function<void(const Place&)> let_in);
-    /// Wishes and departures of a tick.
-    void on_tick(std::span<const TravelWish> wishes, std::span<const ClientId> departed);
+    /// Wishes, approaches and departures of a tick.
+    void on_tick(std::span<const TravelWish> wishes,
+                 std::span<const TravelAhead> ahead,
+                 std::span<const ClientId> departed);
     void set_draining();
     /// No travel any more. What is on its way stays so on the board, or here.
     void stop();

@@ -30,6 +30,7 @@ std::size_t size_of(const std::vector<store::PutRecord>& records) {
 }  // namespace
 
 void ServerCluster::on_tick(std::span<const TravelWish> wishes,
+                            std::span<const TravelAhead> ahead,
                             std::span<const ClientId> departed) {
     for (const ClientId client : departed) {
         notified_s_.erase(client);
@@ -41,6 +42,11 @@ void ServerCluster::on_tick(std::span<const TravelWish> wishes,
         // A zone that has stopped lets nobody go, and has nobody any more.
         if (leaving.frozen && steady_seconds() - leaving.frozen_s > kLeavePatience_s) {
             left(client, leaving);
+        }
+    }
+    for (const TravelAhead& one : ahead) {
+        if (const auto redirect = redirect_to(one.world, nullptr)) {
+            ports_.host->announce(one.client, *redirect);
         }
     }
     for (const TravelWish& one : wishes) {

@@ -173,7 +173,7 @@ void TickLoop::run_tick(double due_s) {
 }
 
 void TickLoop::watch_travel(TickResult& result) {
-    portals_->look(world_, result.wishes);
+    portals_->look(world_, result.wishes, result.ahead);
     for (const auto& zone : world_.zones()) {
         const std::vector<TravelWish>& travels = zone->output().travels;
         result.wishes.insert(result.wishes.end(), travels.begin(), travels.end());

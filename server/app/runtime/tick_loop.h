@@ -47,6 +47,7 @@ struct TickResult {
     std::vector<mailbox::OutboxItem> items;
     StoreTicket store;                    ///< durable events among the items wait for it
     std::vector<TravelWish> wishes = {};  ///< of a server in a cluster
+    std::vector<TravelAhead> ahead = {};  ///< likewise
     std::vector<ClientId> departed = {};  ///< clients whose avatars left; in a cluster alone
 };
 

@@ -1,5 +1,6 @@
 // Characters leave for another world of the cluster: the avatar first, then the session.
 #include "server/session/host/host_impl.h"
+#include "server/session/host/server_messages.h"
 
 namespace zoned::session {
 
@@ -46,6 +47,13 @@ void SessionHost::redirect(ClientId client,
     if (Session* session = impl_->table.by_client(client)) {
         impl_->end(
             *session, proto::CLOSING_ELSEWHERE, text, mailbox::LeaveReason::kQuit, &redirect);
+    }
+}
+
+void SessionHost::announce(ClientId client, const proto::Redirect& redirect) {
+    const Session* session = impl_->table.by_client(client);
+    if (session != nullptr && session->stream && !session->travelling) {
+        impl_->send(session->stream, ahead_frame(redirect));
     }
 }
 

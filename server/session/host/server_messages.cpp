@@ -136,6 +136,12 @@ std::vector<std::uint8_t> command_ack_frame(std::uint64_t through) {
     return serialise(message);
 }
 
+std::vector<std::uint8_t> ahead_frame(const proto::Redirect& redirect) {
+    proto::ServerMessage message;
+    *message.mutable_ahead() = redirect;
+    return serialise(message);
+}
+
 std::vector<std::uint8_t> datagram_frame(std::span<const std::uint8_t> sealed) {
     proto::ServerMessage message;
     message.mutable_datagram()->set_sealed(sealed.data(), sealed.size());

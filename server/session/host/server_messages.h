@@ -26,6 +26,7 @@ namespace zoned::session {
 [[nodiscard]] std::vector<std::uint8_t> joined_frame(const mailbox::Joined& joined);
 [[nodiscard]] std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record);
 [[nodiscard]] std::vector<std::uint8_t> command_ack_frame(std::uint64_t through);
+[[nodiscard]] std::vector<std::uint8_t> ahead_frame(const proto::Redirect& redirect);
 /// A datagram that takes the stream because UDP does not get through.
 [[nodiscard]] std::vector<std::uint8_t> datagram_frame(std::span<const std::uint8_t> sealed);
 

@@ -237,6 +237,8 @@ class SessionHost {
     bool begin_travel(ClientId client, bool keep_avatar = false);
     /// Ends the session; its client is told where it goes on.
     void redirect(ClientId client, const std::string& text, const proto::Redirect& redirect);
+    /// The client may soon be redirected there.
+    void announce(ClientId client, const proto::Redirect& redirect);
     /// Ends all sessions of an account with a ticket but this one.
     std::size_t end_account(const std::string& account, ClientId but, const std::string& text);
 

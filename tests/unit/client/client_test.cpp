@@ -283,6 +283,29 @@ TEST_F(ClientTest, GoesToTheWorldThatItsCharacterIsIn) {
     EXPECT_TRUE(client->clock().ready());
 }
 
+TEST_F(ClientTest, ConnectsAheadToWhereItMaySoonGo) {
+    make();
+    run_for(0.5);
+    proto::ServerMessage message;
+    *message.mutable_ahead() = redirect_to("meadow", "");
+    server->send(message);
+    run_for(0.1);
+    for (int port = 1; port < 50; ++port) {  // a server that has its clients knock on doors
+        message.mutable_ahead()->set_tcp_port(static_cast<std::uint32_t>(port));
+        server->send(message);
+    }
+    run_for(0.2);
+    EXPECT_EQ(server->preparations, std::vector<std::string>{"other:4242/pin"});
+    EXPECT_TRUE(server->redirects.empty()) << "it goes when it is told";
+    run_for(2.0);
+    message.mutable_ahead()->set_tcp_port(70'000);  // no port
+    server->send(message);
+    run_for(0.2);
+    EXPECT_EQ(server->preparations.size(), 1U);
+    EXPECT_EQ(client->state(), SessionState::kOnline);
+    EXPECT_EQ(client->stats().travels, 0U);
+}
+
 TEST_F(ClientTest, AClientThatIsSentInACircleGivesUp) {
     make();
     run_for(0.5);

@@ -51,6 +51,12 @@ class FakeServer final : public link::Transport {
     void send_datagram(link::Bytes datagram) override;
     void close() override;
 
+    void prepare(const std::string& host,
+                 std::uint16_t port,
+                 const std::string& certificate_sha256) override {
+        preparations.push_back(host + ":" + std::to_string(port) + "/" + certificate_sha256);
+    }
+
     /// Another server, which knows no session yet: this one plays it.
     bool redirect(const std::string& host,
                   std::uint16_t port,
@@ -110,6 +116,7 @@ class FakeServer final : public link::Transport {
     std::optional<motion::CharacterState> avatar;
     bool ack_commands = true;
     std::vector<std::string> redirects;
+    std::vector<std::string> preparations;
     bool takes_redirects = true;
     bool refuse_elsewhere = false;  ///< each login is sent to another server
 

@@ -145,7 +145,7 @@ class TestHost {
 
 inline proto::ClientMessage hello_message(const std::string& name = "ann") {
     proto::ClientMessage message;
-    message.mutable_hello()->set_protocol_version(6);
+    message.mutable_hello()->set_protocol_version(7);
     message.mutable_hello()->set_name(name);
     return message;
 }
