@@ -91,6 +91,7 @@ class KnowledgeEncoder {
         if (newest() != 0 && number - newest() > KnowledgeHead::kLongestGap) {
             start_over();
         }
+        began_ = began_ == 0 ? number : began_;
         return {epoch_, newest() == 0 ? 0 : number - newest(), knowledge_.learned().before()};
     }
 
@@ -123,6 +124,7 @@ class KnowledgeEncoder {
     void start_over() {
         knowledge_ = Knowledge(format_);
         common_ = Common();
+        began_ = 0;
         epoch_ = static_cast<std::uint8_t>((epoch_ + 1) % (1 << KnowledgeHead::kEpochBits));
         sent_.clear();
     }
@@ -130,7 +132,7 @@ class KnowledgeEncoder {
     /// The knowledge and the packets that are under way; the format is there already.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(knowledge_, common_, epoch_, sent_);
+        archive(knowledge_, common_, epoch_, began_, sent_);
         if constexpr (Archive::kReads) {
             for (std::size_t i = 1; i < sent_.size(); ++i) {
                 if (sent_[i - 1].frame->number >= sent_[i].frame->number) {
@@ -177,7 +179,9 @@ class KnowledgeEncoder {
             if (sent.epoch != epoch_ || number <= newest()) {
                 continue;
             }
-            if (number - sent.reference > 64 && sent.reference != newest()) {
+            // One that was coded with nothing learned: all that was is of this epoch.
+            const PacketNumber since = sent.reference != 0 ? sent.reference : began_ - 1;
+            if (number - since > 64 && sent.reference != newest()) {
                 start_over();
                 return;
             }
@@ -192,6 +196,7 @@ class KnowledgeEncoder {
     Knowledge knowledge_;
     Common common_;
     std::uint8_t epoch_;
+    PacketNumber began_ = 0;       // first of the epoch; 0: none yet
     std::vector<SentFrame> sent_;  // ascending
 };
 

@@ -6,11 +6,12 @@ namespace {
 constexpr double kBytesPerS = 32000.0;  // 256 kbit/s
 
 /// A narrow path to each client, and a world with more to send than it carries: many walkers, sent
-/// by positions alone and to the centimetre.
+/// by positions alone and to the centimetre. Coded for each client they would take a third of it.
 class NarrowPath : public GameTest {
   protected:
     NarrowPath() {
         server.sets = {"replication.predictor=STATIC",
+                       "replication.codec=SHARED",
                        "replication.budget_bytes_per_s=125000",
                        "scatter[1].count=300",
                        "brain[0].state[0].transition[0].threshold=100000",  // they never rest

@@ -395,6 +395,25 @@ TEST(RecordCodec, KeepsCopiesOfADecoderApart) {
     EXPECT_TRUE(decoder.decode(2, 2, kZone, second));
 }
 
+TEST(RecordCodec, LearnsWhereItBeginsInTheMiddleOfAStreamAndAcknowledgementsAreLate) {
+    // A client that is coded for from its thousandth packet on; each is acknowledged six later.
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    RecordEncoder encoder(format);
+    RecordDecoder decoder(format);
+    core::Rng rng(12);
+    for (entropy::PacketNumber n = 1000; n < 1200; ++n) {
+        const auto tick = static_cast<Tick>(n);
+        std::vector<std::uint8_t> bytes;
+        encoder.sent(encoder.encode(n, tick, kZone, walkers(format, rng, tick), bytes));
+        ASSERT_TRUE(decoder.decode(n, tick, kZone, bytes)) << n;
+        ASSERT_EQ(encoder.epoch(), 0) << "at packet " << n << " it forgot what it had learned";
+        if (n >= 1006) {
+            encoder.acknowledge(n - 6);
+        }
+    }
+    EXPECT_GT(encoder.known(), 0U);
+}
+
 TEST(RecordCodec, RefusesWhatBuildsOnPacketsThatNeverCame) {
     const RecordFormat format(Quantization{}, 1.0F / 30.0F);
     Chaos chaos(format, 5);
