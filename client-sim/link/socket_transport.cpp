@@ -141,9 +141,7 @@ void SocketTransport::open() {
     up_frames_.clear();
     down_frames_.clear();
     route_->is_used = true;
-    if (was_prepared) {
-        opened_ahead_ = route_->is_open;  // the next poll says so
-    } else {
+    if (!was_prepared) {  // else the next poll reports that it is open
         start(route_);
     }
 }
@@ -154,13 +152,11 @@ StreamEvents SocketTransport::events_of(ServerRoute* to) {
         to->down = down;
         to->up = up;
         to->is_open = true;
-        opened_ahead_ = opened_ahead_ || to->is_used;
         report_open();
     };
     events.opened_inside = [this, to] {
         to->is_inside = true;
         to->is_open = true;
-        opened_ahead_ = opened_ahead_ || to->is_used;
         report_open();
     };
     events.frame = [this, to](Bytes frame) {
@@ -181,10 +177,9 @@ StreamEvents SocketTransport::events_of(ServerRoute* to) {
 
 /// The stream that is used is open.
 void SocketTransport::report_open() {
-    if (!opened_ahead_) {
+    if (!route_->is_used || !route_->is_open) {
         return;
     }
-    opened_ahead_ = false;
     route_->is_open = false;
     if (route_->is_inside && events_.opened_inside) {
         events_.opened_inside();
@@ -376,7 +371,6 @@ void SocketTransport::release(double now_s) {
 }
 
 void SocketTransport::close() {
-    opened_ahead_ = false;
     if (!route_->stream) {
         return;
     }

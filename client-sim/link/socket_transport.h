@@ -108,7 +108,7 @@ class SocketTransport final : public Transport {
         std::shared_ptr<FrameStream> stream;
         bool waits = false;    // for the lookup
         bool is_used = false;  // not just prepared
-        bool is_open = false;  // while it is not used
+        bool is_open = false;  // and its client has not heard of it
         wire::SealKey down{};  // of an open stream ...
         wire::SealKey up{};
         bool is_inside = false;  // ... or it protects what it carries
@@ -141,7 +141,6 @@ class SocketTransport final : public Transport {
     TransportEvents events_;
     std::shared_ptr<ServerRoute> route_;  // open() goes there
     std::shared_ptr<ServerRoute> ahead_;  // prepared; null: nothing is
-    bool opened_ahead_ = false;           // open() found an open stream, which is to be reported
     std::uint32_t connection_ = 0;
     sockaddr_storage to_{};
     socklen_t to_size_ = 0;

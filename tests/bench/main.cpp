@@ -224,7 +224,14 @@ int run(const Options& options, const std::string& command_line) {
     const std::vector<SceneTask> tasks = tasks_of(suites, options.scenes);
     run_scenes(session, tasks, hooks_for(options));
     if (session.results.rows.empty()) {
-        std::fprintf(stderr, "zoned-bench: no scene and method of these names; see --list\n");
+        for (const std::string& note : session.results.notes) {
+            std::fprintf(stderr, "zoned-bench: %s\n", note.c_str());
+        }
+        std::fprintf(stderr,
+                     "zoned-bench: %s\n",
+                     session.results.notes.empty()
+                         ? "no scene and method of these names; see --list"
+                         : "nothing was measured");
         return kBadUsage;
     }
     std::fputs(to_table(session.results).c_str(), stdout);

@@ -75,7 +75,7 @@ void PortalWatch::announce(ClientId client,
     const auto [it, fresh] = announced_.try_emplace(client);
     if (fresh || it->second.portal != portal || now >= it->second.until) {
         const auto ticks = static_cast<Tick>(std::ceil(kAnnounceEvery_s * tick_rate_hz_));
-        it->second = {portal, now + ticks, now};
+        it->second = {portal, now + ticks};
         ahead.push_back({client, portals_[portal].to_world});
     }
 }
@@ -95,9 +95,6 @@ void PortalWatch::look(const World& world,
             const world::Row row = state.entities.find(client.avatar);
             if (row == world::kNoRow || state.entities.has(row, world::kHidden)) {
                 continue;
-            }
-            if (const auto it = announced_.find(client.client); it != announced_.end()) {
-                it->second.seen = now;
             }
             const Vec3d position = origin + state.entities.position[row].cast<double>();
             const std::size_t portal = portal_at(position);
@@ -126,10 +123,7 @@ void PortalWatch::look(const World& world,
         }
     }
     std::erase_if(standing_, [now](const auto& entry) { return entry.second.seen != now; });
-    // Somebody who left and comes back later hears of it again.
-    std::erase_if(announced_, [now](const auto& entry) {
-        return now >= entry.second.until || entry.second.seen != now;
-    });
+    std::erase_if(announced_, [now](const auto& entry) { return now >= entry.second.until; });
 }
 
 }  // namespace zoned::app

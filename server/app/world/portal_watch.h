@@ -24,8 +24,8 @@ class PortalWatch {
     PortalWatch(const std::vector<config::PortalSettings>& portals, double tick_rate_hz);
 
     /// Avatars that have stood in a portal for as long as it asks for are to leave, again each
-    /// second in which they are still there.
-    /// Avatars that are about to be in one, or wait in one, are ahead, once in kAnnounceEvery_s.
+    /// second in which they are still there. Those that are about to be in one, or wait in one, are
+    /// ahead, once in kAnnounceEvery_s.
     void look(const World& world, std::vector<TravelWish>& out, std::vector<TravelAhead>& ahead);
 
     /// By its velocity an avatar is in a portal so soon: time for a name, a connection and TLS.
@@ -44,7 +44,6 @@ class PortalWatch {
     struct Announced {
         std::size_t portal = 0;
         Tick until = 0;
-        Tick seen = 0;
     };
 
     [[nodiscard]] std::size_t portal_at(const Vec3d& position) const;

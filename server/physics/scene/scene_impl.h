@@ -92,17 +92,15 @@ struct Scene::Impl {
     std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
     std::vector<StepStart> starts;           ///< by row: as it was before the solve
 
-    /// A body that a mover presses on.
-    struct SqueezedBody {
-        std::uint32_t row = kNoIndex;
-        std::uint32_t first = kNoIndex;  ///< the mover that was found first
-        float fastest_mps = 0.0F;        ///< of all that press on it
-        bool several = false;            ///< others than `first` do
-        bool held = false;               ///< by a joint, or by something that has a mass
+    /// A surface that presses on a body.
+    struct Press {
+        Vec3 normal = Vec3::Zero();  ///< into the body
+        float blow_mps = 0.0F;       ///< by its speed and what bounces
+        bool moves = false;          ///< it is a mover's
     };
 
-    std::vector<SqueezedBody> squeezed;
-    std::vector<std::uint32_t> squeeze_place;  ///< by row: in `squeezed`, if that is of the row
+    std::vector<std::uint32_t> squeezed;  ///< rows that movers may press on
+    std::vector<Press> presses;           ///< of one of them
     std::vector<std::uint32_t> refitted;  ///< rows whose new fat box still has to go into `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
@@ -245,9 +243,9 @@ struct Scene::Impl {
 
     // scene_squeeze.cpp
     void limit_squeezed(float dt);
-    void list_pressed_by_movers();
-    void note_press(std::uint32_t row, std::uint32_t other, float impulse);
-    void slow_squeezed(const SqueezedBody& body, float dt);
+    void list_presses(std::uint32_t row);
+    [[nodiscard]] float fastest_squeeze() const;
+    void slow_squeezed(std::uint32_t row, float blow_mps, float dt);
 
     // scene_tunnelling.cpp
     void note_starts();

@@ -11,9 +11,9 @@ namespace zoned::physics {
 namespace {
 
 constexpr float kMover_mps = 5.0F;
-/// Twice a mover's speed, and 3 m/s by which overlaps end. Then a lone mover may strike it, across
-/// its way, and it falls for less than a second.
-const float kMost_mps = std::hypot(2.0F * kMover_mps + 3.0F, kMover_mps + 3.0F) + kGravity * 1.0F;
+/// A step gives a body across its way no more than a mover's speed, and 3 m/s by which overlaps
+/// end. It is between movers for less than ten steps, and falls for less than a second.
+const float kMost_mps = std::sqrt(10.0F) * (kMover_mps + 3.0F) + kGravity * 1.0F;
 
 /// Two capsules, as tall as people, that run at each other with a box between them.
 struct Crush {
@@ -72,26 +72,47 @@ TEST(Squeezed, LeaveNoFasterThanABlowOfTheFastestMover) {
     }
 }
 
-TEST(Squeezed, AreStillPushedByOneMover) {
-    // A lone mover at 5 m/s pushes a box along as before: it reaches the mover's speed.
-    Scene scene{PhysicsSettings()};
-    BodyDef ground;
-    ground.kind = BodyKind::kStatic;
-    ground.shape = Shape::plane();
-    (void)scene.add(ground);
+/// A body on level ground that a mover comes towards along x.
+struct Push {
+    explicit Push(const BodyDef& def) : scene(PhysicsSettings()) {
+        BodyDef ground;
+        ground.kind = BodyKind::kStatic;
+        ground.shape = Shape::plane();
+        (void)scene.add(ground);
+        body = *scene.add(def);
+        BodyDef wall;
+        wall.kind = BodyKind::kKinematic;
+        wall.shape = Shape::box(Vec3(0.25F, 1.0F, 2.0F));
+        wall.position = Vec3(-1.5F, 1.0F, 0.0F);
+        wall.velocity = Vec3(kMover_mps, 0.0F, 0.0F);
+        (void)scene.add(wall);
+    }
+
+    Scene scene;
+    BodyId body;
+};
+
+TEST(Squeezed, AreNotWhatALoneMoverPushesAlongTheGround) {
     BodyDef box;
     box.shape = Shape::box(Vec3(0.25F, 0.25F, 0.25F));
     box.mass = 10.0F;
     box.position = Vec3(0.0F, 0.25F, 0.0F);
-    const BodyId body = *scene.add(box);
-    BodyDef wall;
-    wall.kind = BodyKind::kKinematic;
-    wall.shape = Shape::box(Vec3(0.25F, 1.0F, 1.0F));
-    wall.position = Vec3(-1.0F, 1.0F, 0.0F);
-    wall.velocity = Vec3(kMover_mps, 0.0F, 0.0F);
-    (void)scene.add(wall);
-    run_steps(scene, 60, kTick);
-    EXPECT_NEAR(scene.state(body).velocity.x(), kMover_mps, 0.1F);
+    Push push(box);
+    run_steps(push.scene, 60, kTick);
+    EXPECT_NEAR(push.scene.state(push.body).velocity.x(), kMover_mps, 0.1F);
+}
+
+TEST(Squeezed, AreNotLogsThatRoll) {
+    // A log that is pushed along rolls at up to 5 m/s over 0.1 m, which its far ends do not limit.
+    BodyDef log;
+    log.shape = Shape::capsule(0.1F, 1.0F);
+    log.mass = 20.0F;
+    log.position = Vec3(0.0F, 0.1F, 0.0F);
+    log.orientation = Quat(std::sqrt(0.5F), std::sqrt(0.5F), 0.0F, 0.0F);  // along z
+    log.material.friction = 1.0F;
+    Push push(log);
+    run_steps(push.scene, 90, kTick);
+    EXPECT_GT(push.scene.state(push.body).angular_velocity.norm(), 20.0F);
 }
 
 }  // namespace
