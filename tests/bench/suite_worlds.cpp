@@ -1,5 +1,6 @@
 // Suite `worlds`: what the players of each shipped world see, against what its server spends on it.
 #include "client-sim/app/swarm.h"
+#include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/statistics.h"

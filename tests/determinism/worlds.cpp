@@ -1,4 +1,5 @@
 #include "client-sim/app/swarm.h"
+#include "server/app/world/world.h"
 #include "tests/determinism/hashes.h"
 #include "tests/harness/virtual_server.h"
 

@@ -86,8 +86,8 @@ class GameTest : public ::testing::Test {
         std::string difference;
         const auto compare = [&](VirtualServer& now, bool again) {
             std::vector<std::uint64_t> zones;
-            const auto tick = static_cast<std::size_t>(now.world().now());
-            now.world().hash_zones(zones);
+            const auto tick = static_cast<std::size_t>(now.simulated());
+            now.hash_zones(zones);
             if (!again) {
                 hashes.resize(std::max(hashes.size(), tick + 1));
                 hashes[tick] = zones;
@@ -102,8 +102,8 @@ class GameTest : public ::testing::Test {
             server.threads = again ? 2 : 1;
             run(
                 [&](VirtualServer& now, double) {
-                    if (now.world().now() != last) {
-                        last = now.world().now();
+                    if (now.simulated() != last) {
+                        last = now.simulated();
                         compare(now, again);
                     }
                 },

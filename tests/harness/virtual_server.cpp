@@ -1,7 +1,10 @@
 #include "tests/harness/virtual_server.h"
 
 #include "server/app/runtime/host_settings.h"
+#include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
+#include "server/config/settings.h"
+#include "server/session/host/session_host.h"
 #include "server/store/store_service.h"
 #include "tests/harness/virtual_transport.h"
 
@@ -29,9 +32,9 @@ config::Settings load(const VirtualServerSettings& settings) {
 
 VirtualServer::VirtualServer(const VirtualServerSettings& settings)
     : settings_(settings),
-      config_(load(settings)),
-      world_(std::make_unique<app::World>(config_, settings.threads)),
-      host_(std::make_unique<session::SessionHost>(app::host_settings(config_), output())) {
+      config_(std::make_unique<config::Settings>(load(settings))),
+      world_(std::make_unique<app::World>(*config_, settings.threads)),
+      host_(std::make_unique<session::SessionHost>(app::host_settings(*config_), output())) {
     host_->set_udp_port(1);
     if (settings_.records == nullptr) {
         settings_.records = std::make_shared<Records>();
@@ -47,13 +50,13 @@ std::unique_ptr<link::Transport> VirtualServer::connect() {
 session::SessionOutput VirtualServer::output() {
     session::SessionOutput out;
     out.send_frame = [this](session::StreamId stream, session::Bytes frame) {
-        const auto it = streams_.find(stream);
+        const auto it = streams_.find(stream.value);
         if (it != streams_.end()) {
             it->second->push_frame(now_s_, std::move(frame));
         }
     };
     out.close_stream = [this](session::StreamId stream) {
-        const auto it = streams_.find(stream);
+        const auto it = streams_.find(stream.value);
         if (it != streams_.end()) {
             it->second->end_stream();
         }
@@ -77,7 +80,7 @@ void VirtualServer::step() {
     if (!stalls()) {
         deliver_up();
         const double server_s = server_time_s();
-        while (static_cast<double>(world_->now() + 1) / config_.tick_rate_hz <= server_s + 1e-9) {
+        while (static_cast<double>(world_->now() + 1) / config_->tick_rate_hz <= server_s + 1e-9) {
             tick();
         }
         host_->release(now_s_, server_s);
@@ -160,6 +163,14 @@ void VirtualServer::heal() {
     for (VirtualTransport* transport : transports_) {
         transport->heal();
     }
+}
+
+Tick VirtualServer::simulated() const {
+    return world_->now();
+}
+
+void VirtualServer::hash_zones(std::vector<std::uint64_t>& hashes) const {
+    world_->hash_zones(hashes);
 }
 
 std::vector<link::Conditioner*> VirtualServer::paths_down() {

@@ -4,9 +4,9 @@
 
 #include "client-sim/link/conditioner.h"
 #include "client-sim/link/link.h"
-#include "server/app/world/world.h"
-#include "server/config/settings.h"
-#include "server/session/host/session_host.h"
+#include "server/mailbox/address.h"
+#include "server/mailbox/messages.h"
+#include "server/mailbox/store_messages.h"
 
 #include <cstdint>
 #include <map>
@@ -14,6 +14,21 @@
 #include <string>
 #include <tuple>
 #include <vector>
+
+// Who looks into the world, its settings or its sessions includes their headers: compiling these
+// takes most of the time of a test that does not.
+namespace zoned::app {
+class World;
+}
+
+namespace zoned::config {
+struct Settings;
+}
+
+namespace zoned::session {
+class SessionHost;
+struct SessionOutput;
+}  // namespace zoned::session
 
 namespace zoned::harness {
 
@@ -80,6 +95,11 @@ class VirtualServer {
     /// Sends all clients the notice that the server closes.
     void shutdown();
 
+    /// The last tick that the world has simulated.
+    [[nodiscard]] Tick simulated() const;
+    /// The state hashes of the zones after it.
+    void hash_zones(std::vector<std::uint64_t>& hashes) const;
+
     [[nodiscard]] app::World& world() { return *world_; }
 
     /// What the world was given before its last tick.
@@ -87,7 +107,7 @@ class VirtualServer {
 
     [[nodiscard]] session::SessionHost& host() { return *host_; }
 
-    [[nodiscard]] const config::Settings& settings() const { return config_; }
+    [[nodiscard]] const config::Settings& settings() const { return *config_; }
 
   private:
     friend class VirtualTransport;
@@ -100,11 +120,11 @@ class VirtualServer {
     session::SessionOutput output();
 
     VirtualServerSettings settings_;
-    config::Settings config_;
+    std::unique_ptr<config::Settings> config_;
     std::unique_ptr<app::World> world_;
     std::unique_ptr<session::SessionHost> host_;
-    std::vector<VirtualTransport*> transports_;  // in order of connection
-    std::map<session::StreamId, VirtualTransport*> streams_;
+    std::vector<VirtualTransport*> transports_;           // in order of connection
+    std::map<std::uint64_t, VirtualTransport*> streams_;  // by session::StreamId
     std::map<mailbox::Address, VirtualTransport*> addresses_;
     std::vector<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> last_items_;

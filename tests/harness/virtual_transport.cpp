@@ -45,7 +45,7 @@ VirtualTransport::VirtualTransport(VirtualServer& server, std::uint32_t number)
 VirtualTransport::~VirtualTransport() {
     std::erase(server_->transports_, this);
     server_->addresses_.erase(address_);
-    server_->streams_.erase(stream_);
+    server_->streams_.erase(stream_.value);
 }
 
 void VirtualTransport::open() {
@@ -73,7 +73,7 @@ void VirtualTransport::close() {
             server_->host_->on_frame(stream_, frame, server_->now_s());
         }
         const session::StreamId ended = stream_;
-        server_->streams_.erase(stream_);
+        server_->streams_.erase(stream_.value);
         stream_ = {};
         opened_ = false;
         server_->host_->on_stream_closed(ended, server_->now_s());
@@ -85,7 +85,7 @@ void VirtualTransport::cut() {
         return;
     }
     const session::StreamId ended = stream_;
-    server_->streams_.erase(stream_);
+    server_->streams_.erase(stream_.value);
     stream_ = {};
     opened_ = false;
     cut_ = true;
@@ -100,7 +100,7 @@ void VirtualTransport::deliver_up(double now_s) {
         stream_ = session::StreamId(++server_->next_stream_);
         down_key_ = key_of(stream_.value, 0);
         up_key_ = key_of(stream_.value, 1);
-        server_->streams_[stream_] = this;
+        server_->streams_[stream_.value] = this;
         ending_ = false;
         opened_ = true;
         server_->host_->on_stream_open(stream_, true, down_key_, up_key_, now_s);
@@ -133,7 +133,7 @@ void VirtualTransport::deliver_down(double now_s) {
         ending_ = false;
         if (stream_) {
             const session::StreamId ended = stream_;
-            server_->streams_.erase(stream_);
+            server_->streams_.erase(stream_.value);
             stream_ = {};
             opened_ = false;
             server_->host_->on_stream_closed(ended, now_s);

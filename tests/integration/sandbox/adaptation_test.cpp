@@ -1,6 +1,7 @@
 // The world `learned`: bots that are bitten to death make hounds gentler, and bots that shoot them
 // make them keener. Neither goes beyond the cap, and the log says so.
 #include "server/app/log/difficulty_log.h"
+#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 #include "tests/scenario/log_text.h"
 

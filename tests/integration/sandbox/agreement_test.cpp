@@ -1,4 +1,5 @@
 // Kills and trades on bad networks: every client concerned ends with the same decision, once.
+#include "server/app/world/world.h"
 #include "server/rules/sandbox.h"
 #include "tests/harness/game_test.h"
 #include "tests/integration/sandbox/shooters_world.h"

@@ -3,6 +3,7 @@
 #include "server/ai/agent/whereabouts.h"
 #include "server/app/runtime/agent_report.h"
 #include "server/app/world/agent_reload.h"
+#include "server/app/world/world.h"
 #include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/zone/zone_state.h"

@@ -1,4 +1,5 @@
 // The world `bridge`: people on two floors, some on a bridge and some below it at the same place.
+#include "server/app/world/world.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

@@ -2,6 +2,7 @@
 // of the world.
 #include "tests/harness/capture.h"
 
+#include "server/app/world/world.h"
 #include "server/interest/interest_rule.h"
 #include "server/zone/viewers/visibility_filter.h"
 #include "server/zone/zone_context.h"

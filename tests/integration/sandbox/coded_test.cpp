@@ -1,4 +1,5 @@
 // Packets of coded records that a client can't decode: both sides lose them, and nothing more.
+#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 #include "tests/harness/transport_tap.h"
 #include "shared/wire/packet.h"

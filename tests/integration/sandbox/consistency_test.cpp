@@ -1,3 +1,4 @@
+#include "server/app/world/world.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

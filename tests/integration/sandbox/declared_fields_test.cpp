@@ -1,5 +1,6 @@
 // Declared fields from end to end: a script sets them, and clients of both codecs hold what the
 // server holds, on a bad network, across zones, in hiding, and under rate limits.
+#include "server/app/world/world.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

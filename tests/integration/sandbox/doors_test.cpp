@@ -1,5 +1,6 @@
 // The world `doors`: a door's state follows from the tick alone, so no avatar is corrected.
 #include "client-sim/view/world_info.h"
+#include "server/app/world/world.h"
 #include "server/config/world/world_description.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"

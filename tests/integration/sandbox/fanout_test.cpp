@@ -1,4 +1,5 @@
 // Many clients that come or go at once, and the events that each hears of the others.
+#include "server/session/host/session_host.h"
 #include "tests/harness/game_test.h"
 
 namespace zoned::harness {

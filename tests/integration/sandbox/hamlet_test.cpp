@@ -1,4 +1,5 @@
 // The world `hamlet`: its people live close to the edge of the world, and nobody goes over it.
+#include "server/app/world/world.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

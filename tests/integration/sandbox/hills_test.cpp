@@ -1,5 +1,6 @@
 // The world `hills`: walking and falling entities meet surfaces from files, on both sides of the
 // wire.
+#include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"

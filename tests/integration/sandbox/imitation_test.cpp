@@ -3,6 +3,7 @@
 #include "server/app/training/imitation.h"
 
 #include "server/ai/learning/descent.h"
+#include "server/app/world/world.h"
 #include "server/config/training/policy_file.h"
 #include "server/recording/recording_file.h"
 #include "tests/harness/game_test.h"

@@ -1,5 +1,6 @@
 // Shots at moving characters: the shooter's own view against the server's decision.
 #include "client-sim/view/aim.h"
+#include "server/config/settings.h"
 #include "tests/harness/capture.h"
 #include "tests/harness/game_test.h"
 #include "tests/integration/sandbox/shooters_world.h"

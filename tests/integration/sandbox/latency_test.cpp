@@ -1,5 +1,6 @@
 #include "client-sim/measure/latency.h"
 
+#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 
 #include <cmath>

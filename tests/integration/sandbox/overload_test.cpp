@@ -1,4 +1,5 @@
 // Starved machines: under the server, under the clients.
+#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 #include "shared/core/rng.h"
 

@@ -1,5 +1,6 @@
 // Particles in zones: those that rules query are simulated, purely cosmetic ones are not.
 #include "client-sim/view/world_info.h"
+#include "server/app/world/world.h"
 #include "server/compute/device.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/world/world_description.h"

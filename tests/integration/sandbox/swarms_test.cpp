@@ -2,6 +2,7 @@
 #include "server/app/calibration/particle_device.h"
 #include "server/compute/device.h"
 #include "server/config/expand/load_settings.h"
+#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 
 #include <stdexcept>

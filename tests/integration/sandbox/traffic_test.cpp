@@ -1,4 +1,6 @@
 // The bandwidth meter from end to end: the server's figures equal the bytes sent and received.
+#include "server/app/world/world.h"
+#include "server/session/host/session_host.h"
 #include "tests/harness/game_test.h"
 #include "shared/wire/packet.h"
 

@@ -13,8 +13,9 @@
 namespace zoned::config::test {
 
 /// Two zones side by side, a player, a crate and a guard; each statement on a line of its own, so
-/// that tests can name lines.
-inline const std::string kValid = R"(world {
+/// that tests can name lines. A literal, since other files' constants are made from it, perhaps
+/// before any std::string is there.
+inline constexpr char kValidLiteral[] = R"(world {
   name: "test"
   min_x_m: -100
   min_z_m: -50
@@ -56,6 +57,7 @@ spawn { x_m: 1 z_m: 2 }
 lod { radius_m: 30 position_bound_m: 0.05 }
 lod { position_bound_m: 0.5 }
 )";
+inline const std::string kValid = kValidLiteral;
 
 struct Outcome {
     bool ok = false;
@@ -70,7 +72,9 @@ inline Outcome parse(const std::string& text, const std::vector<std::string>& se
 }
 
 /// kValid with the first `from` replaced by `to`; `from` must be there.
-inline std::string with(const std::string& from, const std::string& to, std::string text = kValid) {
+inline std::string with(const std::string& from,
+                        const std::string& to,
+                        std::string text = kValidLiteral) {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << "the test's text has no '" << from << "'";
     return at == std::string::npos ? text : text.replace(at, from.size(), to);
