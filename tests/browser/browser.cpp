@@ -34,6 +34,18 @@ bool has_field(const Struct& object, const std::string& name) {
     return object.fields().count(name) != 0;
 }
 
+/// The parameters of Runtime.evaluate.
+std::string evaluation_of(const std::string& expression) {
+    return R"({"awaitPromise": true, "returnByValue": true, "expression": )" +
+           core::json_quote("Promise.resolve(" + expression + ").then(String)") + "}";
+}
+
+/// Of its result.
+std::string value_of(const Struct& answer) {
+    const Struct result = object_of(answer, "result");
+    return has_field(result, "value") ? json_text::field(result, "value").string_value() : "";
+}
+
 std::string decode_base64(const std::string& text) {
     std::string out(text.size(), '\0');
     const int bytes = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(out.data()),
@@ -101,7 +113,7 @@ Browser::Browser() : socket_(std::make_unique<Socket>()) {
 
 Browser::~Browser() = default;
 
-Struct Browser::command(const std::string& method, const std::string& parameters) {
+Struct Browser::answer_to(const std::string& method, const std::string& parameters) {
     const int id = ++last_id_;
     const std::string session =
         session_.empty() ? "" : R"(, "sessionId": )" + core::json_quote(session_);
@@ -115,8 +127,7 @@ Struct Browser::command(const std::string& method, const std::string& parameters
         const Struct message = json_text::parse(text);
         if (has_field(message, "id")) {
             if (static_cast<int>(json_text::field(message, "id").number_value()) == id) {
-                EXPECT_FALSE(has_field(message, "error")) << method << ": " << text;
-                return has_field(message, "result") ? object_of(message, "result") : Struct();
+                return message;
             }
             continue;
         }
@@ -131,23 +142,26 @@ Struct Browser::command(const std::string& method, const std::string& parameters
     }
 }
 
+Struct Browser::command(const std::string& method, const std::string& parameters) {
+    const Struct message = answer_to(method, parameters);
+    EXPECT_FALSE(has_field(message, "error")) << method << ": " << message.ShortDebugString();
+    return has_field(message, "result") ? object_of(message, "result") : Struct();
+}
+
 void Browser::open(const std::string& url) {
     command("Page.navigate", R"({"url": )" + core::json_quote(url) + "}");
 }
 
 std::string Browser::evaluate(const std::string& expression) {
-    const Struct answer =
-        command("Runtime.evaluate",
-                R"({"awaitPromise": true, "returnByValue": true, "expression": )" +
-                    core::json_quote("Promise.resolve(" + expression + ").then(String)") + "}");
-    const Struct result = object_of(answer, "result");
-    return has_field(result, "value") ? json_text::field(result, "value").string_value() : "";
+    return value_of(command("Runtime.evaluate", evaluation_of(expression)));
 }
 
 bool Browser::wait_until(const std::string& expression, double seconds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < end) {
-        if (evaluate(expression) == "true") {
+        const Struct message = answer_to("Runtime.evaluate", evaluation_of(expression));
+        // A page that loads anew in the meantime takes the question with it: an error, no result.
+        if (has_field(message, "result") && value_of(object_of(message, "result")) == "true") {
             return true;
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(50));

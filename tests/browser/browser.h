@@ -25,7 +25,8 @@ class Browser {
     void open(const std::string& url);
     /// The value of an expression, as text.
     std::string evaluate(const std::string& expression);
-    /// Waits until an expression is true; false after so many seconds.
+    /// Waits until an expression is true; false after so many seconds. While the page loads anew
+    /// nothing is true.
     bool wait_until(const std::string& expression, double seconds = 20.0);
     void click(double x, double y);
     /// Presses or lets go a key, by its code ("KeyW") and its name ("w").
@@ -49,7 +50,9 @@ class Browser {
   private:
     struct Socket;
 
-    /// Sends a command and returns its answer; `parameters` is a JSON object.
+    /// Sends a command and returns the message that answers it; `parameters` is a JSON object.
+    google::protobuf::Struct answer_to(const std::string& method, const std::string& parameters);
+    /// The result of a command that must succeed.
     google::protobuf::Struct command(const std::string& method, const std::string& parameters);
 
     std::unique_ptr<testing_process::Child> process_;

@@ -391,6 +391,25 @@ void JointSolver::restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
     });
 }
 
+float JointSolver::work_of_movers(const SolverBodies& moving,
+                                  std::uint32_t slot_a,
+                                  std::uint32_t slot_b) const {
+    const auto motion = [&](std::uint32_t slot) {
+        return moving.moved_by_impulses(slot) ? Lanes() : moving.motion[slot].at;
+    };
+    float work = 0.0F;
+    for_each_around(slot_a, slot_b, [&](const JointGroup& group) {
+        for (std::uint32_t i = group.first; i < group.end; ++i) {
+            const Lanes a = motion(items_[i].a);
+            const Lanes b = motion(items_[i].b);
+            for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+                work -= (rows_[r].impulse - rows_[r].noted) * along(rows_[r], a, b);
+            }
+        }
+    });
+    return work;
+}
+
 std::uint32_t JointSolver::group_of(std::uint32_t slot) const {
     if (items_.empty() || first_of_[slot] == first_of_[slot + 1]) {
         return kNoIndex;

@@ -84,6 +84,11 @@ class JointSolver {
 
     void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
 
+    /// What bodies that impulses do not move gave through these joints since then, J.
+    [[nodiscard]] float work_of_movers(const SolverBodies& moving,
+                                       std::uint32_t slot_a,
+                                       std::uint32_t slot_b) const;
+
     /// Calls visit(a, b, impulse on b) for these joints: what they gave since then, N s.
     template <class Visit>
     void for_each_pull(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {

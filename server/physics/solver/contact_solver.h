@@ -33,7 +33,7 @@ inline constexpr float kContactRateShare = 0.125F;
 /// - Where joints are, constraints are solved in the middle of each substep instead: see
 ///   JointSolver.
 /// - Impacts come before all else, at their times within the substep and one after the other; see
-///   contact_impacts.cpp.
+///   contact_impacts.cpp and contact_blows.cpp.
 class ContactSolver {
   public:
     struct Parameters {
@@ -127,7 +127,7 @@ class ContactSolver {
                         const Lanes& push,
                         const Lanes& leverage) const;
 
-    // contact_impacts.cpp
+    // contact_impacts.cpp, contact_blows.cpp
     void watch_impacts();
     [[nodiscard]] float meeting_time(const SolverWatch& w) const;
     [[nodiscard]] float arrival(const SolverWatch& w, float time) const;
@@ -141,7 +141,11 @@ class ContactSolver {
     void find_next_meetings();
     void strike(const Bodies& bodies, SolverWatch& w, float time);
     float size_of(const SolverWatch& w, const Single& at, const Motions& m, const Blow& blow);
-    [[nodiscard]] bool makes_energy(float before) const;
+    [[nodiscard]] float work_of_movers(const SolverWatch& w,
+                                       const Single& at,
+                                       const Blow& blow,
+                                       float size) const;
+    [[nodiscard]] bool makes_energy(float before, float helped) const;
     void take_back(const Single& at);
     void delay_pulls(const Single& at, float time);
     void note_hit(const Bodies& bodies, const Single& at, std::uint32_t slot, float time);

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -64,7 +66,9 @@ PostgresServer* PostgresServer::get() {
                   &status,
                   0);
         if (status != 0) {
-            throw std::runtime_error("initdb failed: " + folder + "/log");
+            std::ifstream log(folder + "/log");
+            const std::string text((std::istreambuf_iterator<char>(log)), {});
+            throw std::runtime_error("initdb ended with " + std::to_string(status) + ": " + text);
         }
         made->start();
         return made;
