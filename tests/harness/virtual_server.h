@@ -15,8 +15,8 @@
 #include <tuple>
 #include <vector>
 
-// Who looks into the world, its settings or its sessions includes their headers: compiling these
-// takes most of the time of a test that does not.
+// Tests that look into the world, its settings or its sessions include the headers of these, which
+// take most of the time that a test compiles. The others do without.
 namespace zoned::app {
 class World;
 }

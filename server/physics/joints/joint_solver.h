@@ -84,7 +84,7 @@ class JointSolver {
 
     void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
 
-    /// What bodies that impulses do not move gave through these joints since then, J.
+    /// Work since then, J, through these joints by bodies that impulses do not move.
     [[nodiscard]] float work_of_movers(const SolverBodies& moving,
                                        std::uint32_t slot_a,
                                        std::uint32_t slot_b) const;

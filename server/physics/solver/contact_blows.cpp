@@ -116,9 +116,9 @@ void ContactSolver::delay_pulls(const Single& at, float time) {
     }
 }
 
-/// What bodies that impulses do not move give by so many blows as they go on, J: their speed is
-/// not changed. Nothing where nothing bounces: what a mover only carries along is the solver's,
-/// which is soft where two movers squeeze.
+/// Work of bodies that impulses do not move in `size` times the blow, J: they go on as fast as
+/// before. None where nothing bounces: a mover that only carries things along leaves it to the
+/// solver, which is soft where two movers squeeze.
 float ContactSolver::work_of_movers(const SolverWatch& w,
                                     const Single& at,
                                     const Blow& blow,
@@ -133,7 +133,7 @@ float ContactSolver::work_of_movers(const SolverWatch& w,
            size * blow.power(*this, w, at, movers, true);
 }
 
-/// Whether the blow left the bodies with more energy than they had and than movers gave, `helped`,
+/// Whether the blow left the bodies with more energy than they had and `helped`, which movers gave,
 /// J; `before`: the share of this substep's change of velocity that had not come yet. Where joints
 /// contradict each other their pulls are all rounding.
 bool ContactSolver::makes_energy(float before, float helped) const {

@@ -66,7 +66,7 @@ struct ContactSolver::Single {
     }
 };
 
-/// What an impact gives to the points of a contact and to its patch, N s and N m s.
+/// The impulses of an impact at the points of a contact and at its patch, N s and N m s.
 struct ContactSolver::Blow {
     std::array<float, kMaxManifoldPoints> push{};
     std::array<float, kMaxManifoldPoints> wanted{};  ///< speeds after it, m/s

@@ -1,6 +1,6 @@
 // The worlds of config/methods whose names begin with ai_: each shows what its head says.
-#include "server/zone/zone_state.h"
 #include "server/app/world/world.h"
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // The world `circuit`: runners and carriages on splines across a border, on-screen and off-screen.
 #include "server/ai/steering/spline_following.h"
-#include "server/zone/zone_state.h"
 #include "server/app/world/world.h"
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <algorithm>

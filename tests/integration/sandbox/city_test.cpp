@@ -1,7 +1,7 @@
 // The world `city` with bots: crowds avoid each other, soldiers keep their rows, and a herd follows
 // its path. The bots' views of it are right.
-#include "server/zone/zone_state.h"
 #include "server/app/world/world.h"
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <algorithm>

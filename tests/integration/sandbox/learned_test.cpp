@@ -1,6 +1,6 @@
 // The world `learned`: a policy trained in a simulated arena plays against bots, inside its guard.
-#include "server/zone/zone_state.h"
 #include "server/app/world/world.h"
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <array>

@@ -1,7 +1,7 @@
 // The world `machines`: cars that bots drive, ragdolls, a rope bridge and a crane, across a border.
+#include "server/app/world/world.h"
 #include "server/rules/sandbox.h"
 #include "server/zone/zone_state.h"
-#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // The world whose particles are worth an OpenCL device: the same bits wherever each system runs.
 #include "server/app/calibration/particle_device.h"
+#include "server/app/world/world.h"
 #include "server/compute/device.h"
 #include "server/config/expand/load_settings.h"
-#include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 
 #include <stdexcept>

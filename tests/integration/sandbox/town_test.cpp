@@ -1,6 +1,6 @@
 // The world `town` with bots: most of its people are off-screen, and the bots' views are right.
-#include "server/zone/zone_state.h"
 #include "server/app/world/world.h"
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <algorithm>

@@ -79,7 +79,26 @@ TEST(MoverBlow, ReachesWhatHangsTogether) {
     }
 }
 
-/// The state after a second of a spinning box that comes at a wall, in a frame in which the wall
+TEST(MoverBlow, GoesThroughAJoint) {
+    // A ram that is fixed to a wall which goes on: as heavy as the wall.
+    JointScene s;
+    const BodyId carrier = s.add(wall(Vec3(kWall_mps, 0, 0)));
+    BodyDef head = body_of(Shape::sphere(0.25F), Vec3(1, 0, 0), 1.0F);
+    head.velocity = Vec3(kWall_mps, 0, 0);
+    const BodyId ram = s.add(head);
+    JointDef bar;
+    bar.kind = JointKind::kFixed;
+    bar.a = carrier;
+    bar.b = ram;
+    bar.anchor = Vec3(0.5F, 0, 0);
+    s.join(bar);
+    const BodyId ball = s.add(body_of(Shape::sphere(0.25F), Vec3(3, 0, 0), 1.0F));
+    s.run(1.0F);
+    EXPECT_NEAR(s.scene.state(ball).velocity.x(), 2.0F * kWall_mps, 1.0e-3F);
+    EXPECT_NEAR(s.scene.state(ram).velocity.x(), kWall_mps, 1.0e-3F);
+}
+
+/// The state after 0.6 s of a spinning box that comes at a wall, in a frame in which the wall
 /// has velocity `frame`.
 BodyState after_a_blow(std::uint64_t seed, const Vec3& frame) {
     core::Rng rng(seed);

@@ -61,8 +61,8 @@ struct Crush {
 };
 
 TEST(Squeezed, LeaveNoFasterThanABlowOfTheFastestMover) {
-    for (const float restitution : {0.0F, 0.5F, 1.0F}) {
-        for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    for (const float restitution : {0.0F, 0.1F, 0.5F, 1.0F}) {
+        for (std::uint64_t seed = 1; seed <= 300; ++seed) {
             Crush crush(seed, restitution);
             crush.run();
             EXPECT_LE(crush.fastest, most_mps(restitution)) << seed << " " << restitution;
