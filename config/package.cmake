@@ -5,7 +5,7 @@ set(ZONED_PACKAGED zoned_server_main zoned_asio zoned_beast zoned_proto zoned_co
   zoned_server_compute zoned_server_spatial zoned_server_mailbox zoned_server_world zoned_server_physics zoned_server_ai
   zoned_server_interest zoned_server_replication zoned_server_zone zoned_server_assets zoned_server_recording zoned_server_store
   zoned_server_config zoned_server_rules zoned_server_scripting zoned_server_net zoned_server_session zoned_server_admin zoned_server_cluster zoned_server_app
-  zoned_client_sim_link zoned_client_sim_view zoned_client_sim_bot zoned_client_sim_measure zoned_client_sim_app zoned_tests_harness)
+  zoned_client_sim_link zoned_client_sim_view zoned_client_sim_audit zoned_client_sim_bot zoned_client_sim_measure zoned_client_sim_app zoned_tests_harness)
 foreach(NAME ${ZONED_PACKAGED})
   string(REGEX REPLACE "^zoned_" "" SHORT ${NAME})
   set_target_properties(${NAME} PROPERTIES EXPORT_NAME ${SHORT})

@@ -13,12 +13,12 @@ message(STATUS "client for browsers (WebAssembly): ${ZONED_WEB_CLIENT}")
 
 if(ZONED_WEB_CLIENT)
   set(WEB_SOURCES)
-  foreach(FOLDER shared/core shared/math shared/clock shared/motion shared/wire client-sim/link client-sim/view client-sim/library client-sim/web)
+  foreach(FOLDER shared/core shared/math shared/clock shared/motion shared/wire client-sim/link client-sim/view client-sim/audit client-sim/library client-sim/web)
     file(GLOB_RECURSE SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${FOLDER}/*.cpp)
     list(APPEND WEB_SOURCES ${SOURCES})
   endforeach()
   # Sockets, TLS and what an operating system gives: a page has a WebSocket in their place.
-  list(FILTER WEB_SOURCES EXCLUDE REGEX "/(seal|websocket_upgrade|websocket_frames|processor|signal_stack|line_reader|replace_file|conditioner|bottleneck|arrival_log|name_lookup|frame_stream|socket_transport|tls_stream|websocket_stream|udp_pool|socket_route|connect_interface)\\.cpp$")
+  list(FILTER WEB_SOURCES EXCLUDE REGEX "/(seal|websocket_upgrade|websocket_frames|processor|signal_stack|line_reader|replace_file|conditioner|bottleneck|name_lookup|frame_stream|socket_transport|tls_stream|websocket_stream|udp_pool|socket_route|connect_interface)\\.cpp$")
   # Only what a page calls is exported.
   file(STRINGS client-sim/library/zoned_client.h NAMES REGEX "^ZONED_CLIENT_API ")
   file(STRINGS client-sim/web/web_client.cpp MORE REGEX "^ZONED_WEB_EXPORT ")

@@ -232,7 +232,7 @@ Swarm::Progress Swarm::progress(double now_s) const {
         p.online += bot->client().state() == link::SessionState::kOnline ? 1 : 0;
         p.joined += bot->joined() ? 1 : 0;
     }
-    const measure::Tally& t = collector_.tally();
+    const audit::Tally& t = collector_.tally();
     p.samples = t.samples;
     p.findings =
         t.position_violations + t.orientation_violations + t.missing + t.extra + t.field_violations;

@@ -9,8 +9,6 @@ namespace zoned::bot {
 
 namespace {
 
-/// Clock and view are given this long to settle before anything is compared.
-constexpr double kSettleS = 0.5;
 /// A bot looks this often whether an audit is due.
 constexpr double kAuditLookS = 0.25;
 
@@ -43,22 +41,14 @@ void Bot::quit(double now_s) {
 
 void Bot::advance(double now_s) {
     if (player_.advance(now_s) && player_.ready()) {
-        settle();
+        audited_.settle(player_);
         ask_for_audit();
-    }
-}
-
-void Bot::settle() {
-    if (settled_tick_ < 0 && joined_ && now_s() - settling_since_s_ > kSettleS) {
-        settled_tick_ = view()->tick();
     }
 }
 
 void Bot::on_set_back() {
     ++set_backs_;
-    arrivals_.set_back(client().clock().server_time(now_s()));
-    settling_since_s_ = now_s();
-    settled_tick_ = -1;
+    audited_.on_set_back(player_);
     observer_.on_set_back(*this);
 }
 
@@ -76,7 +66,7 @@ motion::InputCommand Bot::decide(Tick tick, bool& changed) {
 motion::InputCommand Bot::command_for(Tick tick) {
     motion::InputCommand command;
     bool changed = false;
-    if (joined_ && !quiet_ && view()->own().known()) {
+    if (joined() && !quiet_ && view()->own().known()) {
         command = decide(tick, changed);
     }
     if (changed) {
@@ -85,7 +75,7 @@ motion::InputCommand Bot::command_for(Tick tick) {
     return command;
 }
 
-bool Bot::audited() const {
+bool Bot::may_audit() const {
     return settings_.audit_every_s > 0.0 && (client().rights() & view::Player::kMayAudit) != 0;
 }
 
@@ -94,41 +84,39 @@ void Bot::ask_for_audit() {
         return;
     }
     next_audit_look_s_ = now_s() + kAuditLookS;
-    if (audited() && joined_ && now_s() - last_audit_s_ >= settings_.audit_every_s) {
+    if (may_audit() && joined() && now_s() - last_audit_s_ >= settings_.audit_every_s) {
         last_audit_s_ = now_s();
         client().request_audit();
     }
 }
 
 void Bot::on_session(const wire::WelcomeMessage& /*welcome*/) {
-    joined_ = false;
+    audited_.on_session(player_);
     ledger_.clear();
     if (view() == nullptr) {
         ++bad_worlds_;
-        settled_tick_ = -1;
         return;
     }
-    on_new_view();
+    spread_audits();
 }
 
 void Bot::on_new_view() {
-    settled_tick_ = -1;
-    settling_since_s_ = now_s();
-    arrivals_ = {};
-    arrivals_.set_tick_s(view()->world().tick_s);
-    // Audit requests of many bots are spread over the interval.
+    audited_.on_new_view(player_);
+    spread_audits();
+}
+
+/// Audit requests of many bots are spread over the interval.
+void Bot::spread_audits() {
     last_audit_s_ = now_s() + settings_.audit_every_s *
                                   static_cast<double>(core::mix(settings_.index) % 1024) / 1024.0;
 }
 
 void Bot::on_joined(const wire::JoinedMessage& joined) {
-    avatar_ = EntityId(joined.avatar);
-    if (!joined_) {
-        joined_ = true;
+    if (!this->joined()) {
         joined_s_ = now_s();
-        settling_since_s_ = now_s();
         joined_tick_ = joined.tick;
     }
+    audited_.on_joined(player_, joined);
     observer_.on_joined(*this, joined);
 }
 
@@ -138,7 +126,7 @@ void Bot::on_event(const wire::EventMessage& event) {
         observer_.on_event(*this, event);
         return;
     }
-    if (std::string answer; ledger_.apply(event, avatar_, answer)) {
+    if (std::string answer; ledger_.apply(event, avatar(), answer)) {
         client().send_command(sandbox::COMMAND_AGREE, std::move(answer));
     }
     answer_players(event);
@@ -149,7 +137,7 @@ void Bot::on_event(const wire::EventMessage& event) {
 void Bot::answer_players(const wire::EventMessage& event) {
     if (event.kind == sandbox::EVENT_PICK_UP) {
         sandbox::PickedUp picked;
-        if (picked.ParseFromString(event.payload) && picked.picker() != avatar_.value) {
+        if (picked.ParseFromString(event.payload) && picked.picker() != avatar().value) {
             script_runner_.note_pick_up(EntityId(picked.picker()), picked.item());
         }
     } else if (event.kind == sandbox::EVENT_OFFER) {
@@ -163,7 +151,7 @@ void Bot::answer_players(const wire::EventMessage& event) {
 }
 
 void Bot::on_audit(const wire::AuditRecordMessage& record) {
-    if (!audited()) {
+    if (!may_audit()) {
         return;  // the server audits by itself; without a history there is nothing to compare with
     }
     last_audit_s_ = std::max(last_audit_s_, now_s());
@@ -171,16 +159,7 @@ void Bot::on_audit(const wire::AuditRecordMessage& record) {
 }
 
 void Bot::on_packet(const link::OpenedPacket& packet, const view::PacketResult& taken) {
-    // An unreadable packet counts as not arrived.
-    if (taken.read && client().clock().ready()) {
-        // On the view's own clock, which stands still when the estimate of the server's is set
-        // back a little: the number of ticks shown without this update counts.
-        const double shown_s = static_cast<double>(view()->tick()) * view()->world().tick_s;
-        arrivals_.on_packet(packet.sequence,
-                            packet.head.tick,
-                            std::max(client().clock().server_time(now_s()), shown_s),
-                            packet.head.widened);
-    }
+    audited_.on_packet(player_, packet, taken);
     if (taken.correction.compared) {
         observer_.on_correction(*this, taken.correction.tick, taken.correction.distance_m);
     }

@@ -1,9 +1,9 @@
 // Bot: one simulated player: session, view and script, driven by advance(now) on any clock.
 #pragma once
 
+#include "client-sim/audit/audited_client.h"
 #include "client-sim/bot/ledger.h"
 #include "client-sim/bot/script.h"
-#include "client-sim/link/arrival_log.h"
 #include "client-sim/view/player.h"
 
 #include <cstdint>
@@ -68,25 +68,28 @@ class Bot final : public view::PlayerListener, public Voice {
     /// nullptr before Welcome.
     [[nodiscard]] const view::View* view() const { return player_.view(); }
 
-    [[nodiscard]] const link::ArrivalLog& arrivals() const { return arrivals_; }
+    [[nodiscard]] const view::Player& player() const { return player_; }
+
+    [[nodiscard]] const audit::AuditedClient& audited() const { return audited_; }
+
+    [[nodiscard]] const link::ArrivalLog& arrivals() const { return audited_.arrivals(); }
 
     [[nodiscard]] const BotSettings& settings() const { return settings_; }
 
-    [[nodiscard]] bool joined() const { return joined_; }
+    [[nodiscard]] bool joined() const { return audited_.joined(); }
 
     [[nodiscard]] double joined_s() const { return joined_s_; }
 
     [[nodiscard]] Tick joined_tick() const { return joined_tick_; }
 
-    [[nodiscard]] EntityId avatar() const { return avatar_; }
+    [[nodiscard]] EntityId avatar() const { return audited_.avatar(); }
 
     [[nodiscard]] const Ledger& ledger() const { return ledger_; }
 
     [[nodiscard]] double now_s() const { return player_.now_s(); }
 
-    /// The first view tick with clock and view settled, after joining and after each time that the
-    /// server's clock was set back; -1 before.
-    [[nodiscard]] Tick settled_tick() const { return settled_tick_; }
+    /// As AuditedClient has it.
+    [[nodiscard]] Tick settled_tick() const { return audited_.settled_tick(); }
 
     /// Ticks by which commands are made ahead of the server's clock; 0 before the first command.
     [[nodiscard]] double lead_ticks() const {
@@ -122,27 +125,23 @@ class Bot final : public view::PlayerListener, public Voice {
     [[nodiscard]] std::span<const std::uint32_t> items() const override { return ledger_.items(); }
 
   private:
-    void settle();
     motion::InputCommand decide(Tick tick, bool& changed);
     void answer_players(const wire::EventMessage& event);
     void ask_for_audit();
-    [[nodiscard]] bool audited() const;
+    void spread_audits();
+    [[nodiscard]] bool may_audit() const;
 
     Observer& observer_;
     BotSettings settings_;
     ScriptRunner script_runner_;
     std::unique_ptr<OwnScript> own_script_;  // or none
     motion::InputCommand own_command_;       // its newest
-    link::ArrivalLog arrivals_;
+    audit::AuditedClient audited_;
     view::Player player_;
     bool quiet_ = false;
-    bool joined_ = false;
     double joined_s_ = 0.0;
     Tick joined_tick_ = 0;
-    EntityId avatar_;
     Ledger ledger_;
-    double settling_since_s_ = 0.0;
-    Tick settled_tick_ = -1;
     std::uint64_t set_backs_ = 0;
     double next_audit_look_s_ = 0.0;
     double last_audit_s_ = 0.0;

@@ -126,18 +126,45 @@ void GameClient::on_event(const wire::EventMessage& event) {
     }
 }
 
-void GameClient::on_packet(const link::OpenedPacket& /*packet*/, const view::PacketResult& taken) {
+void GameClient::on_packet(const link::OpenedPacket& packet, const view::PacketResult& taken) {
     if (taken.correction.compared) {
         corrections_.add(taken.correction.distance_m);
+    }
+    if (observer_) {
+        observer_->on_packet(packet, taken);
     }
 }
 
 void GameClient::on_audit(const wire::AuditRecordMessage& record) {
     truth_.add(record);
+    if (observer_) {
+        observer_->on_audit(record);
+    }
+}
+
+void GameClient::on_session(const wire::WelcomeMessage& welcome) {
+    if (observer_) {
+        observer_->on_session(welcome);
+    }
 }
 
 void GameClient::on_new_view() {
     truth_.restart();
+    if (observer_) {
+        observer_->on_new_view();
+    }
+}
+
+void GameClient::on_joined(const wire::JoinedMessage& joined) {
+    if (observer_) {
+        observer_->on_joined(joined);
+    }
+}
+
+void GameClient::on_set_back() {
+    if (observer_) {
+        observer_->on_set_back();
+    }
 }
 
 void GameClient::drop_event() {

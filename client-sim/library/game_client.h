@@ -100,11 +100,22 @@ class GameClient final : public view::PlayerListener {
 
     [[nodiscard]] const TruthMeter& truth() const { return truth_; }
 
+    /// Hears of what comes to the player from now on, for measurements that most games do without.
+    void set_observer(std::unique_ptr<view::PlayerObserver> observer) {
+        observer_ = std::move(observer);
+    }
+
+    /// nullptr: there is none.
+    [[nodiscard]] view::PlayerObserver* observer() const { return observer_.get(); }
+
     motion::InputCommand command_for(Tick tick) override;
     void on_event(const wire::EventMessage& event) override;
     void on_packet(const link::OpenedPacket& packet, const view::PacketResult& taken) override;
     void on_audit(const wire::AuditRecordMessage& record) override;
+    void on_session(const wire::WelcomeMessage& welcome) override;
     void on_new_view() override;
+    void on_joined(const wire::JoinedMessage& joined) override;
+    void on_set_back() override;
 
   private:
     void close_session();
@@ -126,6 +137,7 @@ class GameClient final : public view::PlayerListener {
     double own_fraction_ = 0.0;
     RecentValues corrections_;
     TruthMeter truth_;
+    std::unique_ptr<view::PlayerObserver> observer_;
 };
 
 }  // namespace zoned::library

@@ -39,7 +39,7 @@ Collector::Collector(std::size_t bots, int header_bytes, double spread_s)
     : header_bytes_(header_bytes) {
     per_bot_.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
-        per_bot_.push_back({Auditor(i, spread_s), {}, {}, false, false});
+        per_bot_.push_back({audit::Auditor(i, spread_s), {}, {}, false, false});
     }
 }
 
@@ -126,7 +126,7 @@ void Collector::advance(const Bots& bots, double now_s) {
     }
     next_s_ = now_s + kPeriodS;
     for (const auto& bot : bots) {
-        per_bot_[bot->settings().index].auditor.settle(*bot, tally_);
+        per_bot_[bot->settings().index].auditor.settle(bot->player(), bot->audited(), tally_);
     }
     close_events(bots, now_s, kEventOpenS);
     latency_.settle(bots);
@@ -338,7 +338,7 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
             r.publications_by_order[i] += v.by_order[i];
         }
     }
-    const FrozenState& frozen = mine.auditor.frozen();
+    const audit::FrozenState& frozen = mine.auditor.frozen();
     if (online(bot) && mine.joined && (client.rights() & kRightAudit) != 0) {
         ++r.auditing_bots;
         r.frozen_bots += frozen.seen ? 1 : 0;

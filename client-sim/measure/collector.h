@@ -1,8 +1,8 @@
 // Collector: gathers the measurements of all bots of a run into its report.
 #pragma once
 
+#include "client-sim/audit/auditor.h"
 #include "client-sim/bot/bot.h"
-#include "client-sim/measure/auditor.h"
 #include "client-sim/measure/corrections.h"
 #include "client-sim/measure/latency.h"
 #include "client-sim/measure/run_report.h"
@@ -22,7 +22,7 @@ using Bots = std::vector<std::unique_ptr<bot::Bot>>;
 class Collector final : public bot::Observer {
   public:
     /// `header_bytes`: IP and UDP headers per datagram, counted into the bandwidth. `spread_s` as
-    /// in bound.h.
+    /// in client-sim/audit/bound.h.
     Collector(std::size_t bots, int header_bytes, double spread_s);
 
     /// Settles audits and events; call at any rate, it works ten times a second.
@@ -42,7 +42,7 @@ class Collector final : public bot::Observer {
     [[nodiscard]] ConvergedBots convergence(const Bots& bots) const;
     void forget_frozen();
 
-    [[nodiscard]] const Tally& tally() const { return tally_; }
+    [[nodiscard]] const audit::Tally& tally() const { return tally_; }
 
     void on_joined(bot::Bot& bot, const wire::JoinedMessage& joined) override;
     void on_set_back(bot::Bot& bot) override;
@@ -68,7 +68,7 @@ class Collector final : public bot::Observer {
     };
 
     struct PerBot {
-        Auditor auditor;
+        audit::Auditor auditor;
         Corrections corrections;
         Baseline baseline;
         bool joined = false;
@@ -100,7 +100,7 @@ class Collector final : public bot::Observer {
 
     int header_bytes_;
     std::vector<PerBot> per_bot_;
-    Tally tally_;
+    audit::Tally tally_;
     // Numbers of events and entities are those of a world: clients may be in several.
     std::map<std::pair<std::string, std::uint64_t>, EventSpread> event_spreads_;
     std::map<std::pair<std::string, std::uint32_t>, CourseChange> courses_;

@@ -9,7 +9,8 @@ namespace zoned::measure {
 
 namespace {
 
-const char* name_of(FindingKind kind) {
+const char* name_of(audit::FindingKind kind) {
+    using audit::FindingKind;
     switch (kind) {
         case FindingKind::kPosition:
             return "position";
@@ -36,7 +37,7 @@ void write_range(core::JsonWriter& json,
     }
 }
 
-void write_audit(core::JsonWriter& json, const Tally& t) {
+void write_audit(core::JsonWriter& json, const audit::Tally& t) {
     write_range(json, "position_error_m", t.displayed_m, true);
     write_range(json, "predicted_error_m", t.predicted_m, true);
     write_range(json, "orientation_error_rad", t.displayed_rad, true);
@@ -70,12 +71,12 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("field_notified", t.field_notified);
 }
 
-void write_findings(core::JsonWriter& json, const Tally& t) {
+void write_findings(core::JsonWriter& json, const audit::Tally& t) {
     json.key("worst").begin_array();
-    for (const Finding& f : t.worst) {
+    for (const audit::Finding& f : t.worst) {
         json.begin_object();
         json.field("kind", name_of(f.kind));
-        json.field("bot", static_cast<std::uint64_t>(f.bot));
+        json.field("bot", static_cast<std::uint64_t>(f.client));
         json.field("tick", static_cast<std::uint64_t>(f.tick));
         json.field("entity", static_cast<std::uint64_t>(f.entity.value));
         json.field("type", f.type);

@@ -1,7 +1,7 @@
 // RunReport: all measurements of a run of bots, with its verdict, as JSON and as a table.
 #pragma once
 
-#include "client-sim/measure/auditor.h"
+#include "client-sim/audit/tally.h"
 #include "client-sim/measure/latency.h"
 #include "client-sim/measure/loop_meter.h"
 #include "shared/core/histogram.h"
@@ -33,7 +33,7 @@ struct RunReport {
     core::Histogram audit_bytes_per_s;        ///< audits, per bot
     double updates_per_s = 0.0;               ///< publications displayed, mean per bot
 
-    Tally audit;
+    audit::Tally audit;
     bool audits_expected = true;
 
     std::uint64_t events_sent = 0;  ///< numbered by the server for these clients

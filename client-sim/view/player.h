@@ -11,12 +11,9 @@
 
 namespace zoned::view {
 
-/// Decides for a player, and hears of what comes to it. Calls come from within Player::advance.
-class PlayerListener : public ViewListener {
+/// Hears of what comes to a player. Calls come from within Player::advance.
+class PlayerObserver : public ViewListener {
   public:
-    /// The intent of the own avatar for `tick`; asked once for each tick.
-    virtual motion::InputCommand command_for(Tick tick) = 0;
-
     /// A new session: the view begins anew, and is nullptr where the world makes no sense.
     virtual void on_session(const wire::WelcomeMessage& /*welcome*/) {}
 
@@ -36,6 +33,13 @@ class PlayerListener : public ViewListener {
     virtual void on_set_back() {}
 
     void on_shown(EntityId /*entity*/, Tick /*publication_tick*/, Tick /*from_tick*/) override {}
+};
+
+/// Decides for a player as well.
+class PlayerListener : public PlayerObserver {
+  public:
+    /// The intent of the own avatar for `tick`; asked once for each tick.
+    virtual motion::InputCommand command_for(Tick tick) = 0;
 };
 
 struct PlayerSettings {

@@ -1,6 +1,7 @@
 // The exports of the WebAssembly module beside those of zoned_client.h: flat numbers in place of
 // structs, and rows of entities as the viewer draws them.
-#include "client-sim/library/zoned_client.h"
+#include "client-sim/library/border.h"
+#include "client-sim/web/web_verdict.h"
 
 #include <algorithm>
 #include <array>
@@ -62,6 +63,11 @@ void put(double*& out, const Numbers& numbers) {
     }
 }
 
+/// Of a client that web_create() has made.
+zoned::web::WebVerdict& verdict_of(const zoned_client& client) {
+    return static_cast<zoned::web::WebVerdict&>(*client.game.observer());
+}
+
 }  // namespace
 
 ZONED_WEB_EXPORT void* web_alloc(std::size_t bytes) {
@@ -94,7 +100,12 @@ ZONED_WEB_EXPORT zoned_client* web_create(const char* name,
     settings.team = team;
     settings.ticket = ticket_size > 0 ? ticket : nullptr;
     settings.ticket_size = ticket_size;
-    return zoned_client_create(ZONED_CLIENT_ABI, &settings, error_text.data(), error_text.size());
+    zoned_client* const client =
+        zoned_client_create(ZONED_CLIENT_ABI, &settings, error_text.data(), error_text.size());
+    if (client != nullptr) {
+        client->game.set_observer(std::make_unique<zoned::web::WebVerdict>(client->game));
+    }
+    return client;
 }
 
 ZONED_WEB_EXPORT int web_input(zoned_client* client,
@@ -360,4 +371,24 @@ ZONED_WEB_EXPORT int web_aim(const zoned_client* client,
         put(out, aim.sight[i].position);
     }
     return static_cast<int>(aim.sights);
+}
+
+/// Judged by the promised bounds, as client-sim judges its bots: states compared, positions and
+/// orientations beyond their bound, entities missing and entities too many, wrong values of fields
+/// and of the shared environment, and the greatest error of a predicted position, m.
+ZONED_WEB_EXPORT void web_judged(const zoned_client* client, double* out) {
+    const zoned::audit::Tally& tally = verdict_of(*client).tally();
+    put(out,
+        std::array<double, 7>{double(tally.samples),
+                              double(tally.position_violations),
+                              double(tally.orientation_violations),
+                              double(tally.missing),
+                              double(tally.extra),
+                              double(tally.field_violations + tally.environment_violations),
+                              tally.predicted_m.max()});
+}
+
+/// "consistent", or "inconsistent" with its reasons; empty: nothing was compared.
+ZONED_WEB_EXPORT const char* web_verdict(const zoned_client* client) {
+    return verdict_of(*client).text().c_str();
 }

@@ -22,14 +22,28 @@ class Play : public ViewerFixture {
         browser = std::make_unique<Browser>();
     }
 
-    void start() {
-        server = start_server({"--set",
-                               "network.admin_port=" + std::to_string(admin_port),
-                               "--set",
-                               "network.websocket_port=0"});
+    void start(const std::vector<std::string>& more = {},
+               const std::string& config = testing_process::minimal()) {
+        std::vector<std::string> arguments{"--set",
+                                           "network.admin_port=" + std::to_string(admin_port),
+                                           "--set",
+                                           "network.websocket_port=0"};
+        for (const std::string& setting : more) {
+            arguments.insert(arguments.end(), {"--set", setting});
+        }
+        server = start_server(arguments, config);
         admin_port = number_after(server->output(), "admin=");
         websocket_port = number_after(server->output(), "websocket=");
         ASSERT_GT(websocket_port, 0) << server->output();
+    }
+
+    /// Another server in place of the one that runs.
+    void start_anew(const std::vector<std::string>& more,
+                    const std::string& config = testing_process::minimal()) {
+        browser->open("about:blank");  // an open page would complain that its server is gone
+        server->signal(SIGTERM);
+        EXPECT_EQ(server->wait(kPatience), 0) << server->errors();
+        start(more, config);
     }
 
     void open_page() {
@@ -88,16 +102,25 @@ class Play : public ViewerFixture {
         return std::stod(browser->evaluate("zoned.stats()." + name));
     }
 
+    /// What the page says of itself by the rules for bots.
+    std::string verdict() { return browser->evaluate("zoned.stats().verdict"); }
+
+    /// Waits until the bots have ended, and reads their verdict.
+    static void expect_consistent(Child& bots) {
+        EXPECT_EQ(bots.wait(2.0 * kPatience), 0) << bots.output();
+        EXPECT_NE(bots.output().find("verdict: consistent"), std::string::npos) << bots.output();
+    }
+
     int websocket_port = 0;
 };
 
-TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongBots) {
+TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongFiftyBots) {
     // Shots would send the avatar elsewhere, which is no error of its prediction.
-    std::vector<std::string> peaceful = players(25, 120);
+    std::vector<std::string> peaceful = play(50, 25);
     peaceful.insert(peaceful.end(), {"--behaviour", "wander"});
-    const Child bots("client-sim", peaceful);
+    Child bots("client-sim", peaceful);
     enter();
-    EXPECT_TRUE(browser->wait_until("zoned.counts().entities >= 20", kPatience)) << bots.errors();
+    EXPECT_TRUE(browser->wait_until("zoned.counts().entities >= 50", kPatience)) << bots.errors();
     const std::vector<double> before = own();
     const int frames = std::stoi(browser->evaluate("zoned.counts().frames"));
     // Towards the middle of the world, wherever the avatar was born: walls stop nobody there.
@@ -119,9 +142,16 @@ TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongBots) {
     EXPECT_TRUE(browser->wait_until("zoned.own().position[1] > " + std::to_string(ground + 0.3)));
     browser->key("Space", " ", false);
     EXPECT_TRUE(browser->wait_until("zoned.stats().corrections > 20", kPatience));
-    EXPECT_TRUE(browser->wait_until("zoned.stats().audits > 200", kPatience));
-    std::printf("play: corrections %s\n",
-                browser->evaluate("JSON.stringify(zoned.stats())").c_str());
+    expect_consistent(bots);
+    EXPECT_TRUE(browser->wait_until("zoned.stats().judged > 500", kPatience));
+    std::printf("play: %s\n", browser->evaluate("JSON.stringify(zoned.stats())").c_str());
+    // The person's client is judged as each bot's is.
+    EXPECT_EQ(stat("beyond"), 0.0);
+    EXPECT_EQ(stat("missing") + stat("extra") + stat("wrongValues"), 0.0);
+    EXPECT_EQ(verdict(), "consistent");
+    EXPECT_TRUE(browser->wait_until(
+        "document.getElementById('figures').textContent.includes('0 beyond their bound: "
+        "consistent')"));
     // Where a starved browser's input was missing, the server played the one before it once more:
     // 5 m/s for a tick of 1/30 s, at most in the other direction.
     EXPECT_LT(stat("correctionM_p99"), 0.01 + stat("inputsMissing") * 2.0 * 5.0 / 30.0);
@@ -131,6 +161,21 @@ TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongBots) {
     EXPECT_GT(std::stoi(browser->evaluate("zoned.counts().frames")), frames + 20);
     browser->screenshot(scratch_folder() + "/play.png");
     EXPECT_GT(testing_process::read(scratch_folder() + "/play.png").size(), 10000U);
+    expect_no_errors();
+}
+
+TEST_F(Play, VerdictFindsFaultsOfTheServer) {
+    const std::vector<std::pair<std::string, std::string>> faults{
+        {"testing.corrupt_position.probability=0.2", "bound: "},
+        {"testing.hide_entity.probability=0.5", "missing: "},
+        {"testing.wrong_clock=0.01", "shared environment: "}};
+    for (const auto& [setting, reason] : faults) {
+        start_anew({setting, "environment.clock[0].name=day", "environment.clock[0].period=24"});
+        enter();
+        EXPECT_TRUE(browser->wait_until("zoned.stats().verdict.includes('" + reason + "')"))
+            << setting << ": " << browser->evaluate("JSON.stringify(zoned.stats())");
+        EXPECT_EQ(verdict().rfind("inconsistent", 0), 0U) << verdict();
+    }
     expect_no_errors();
 }
 

@@ -61,12 +61,13 @@ inline constexpr std::array kLayers{
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},
     Layer{"client-sim/view", 12, Side::kClient},
-    Layer{"client-sim/library", 13, Side::kClient},
-    Layer{"client-sim/web", 14, Side::kClient},
-    Layer{"client-sim/bot", 13, Side::kClient},
-    Layer{"client-sim/measure", 14, Side::kClient},
-    Layer{"client-sim/app", 15, Side::kClient},
-    Layer{"client-sim", 16, Side::kClient},  // client-sim/main.cpp
+    Layer{"client-sim/audit", 13, Side::kClient},
+    Layer{"client-sim/library", 14, Side::kClient},
+    Layer{"client-sim/web", 15, Side::kClient},
+    Layer{"client-sim/bot", 14, Side::kClient},
+    Layer{"client-sim/measure", 15, Side::kClient},
+    Layer{"client-sim/app", 16, Side::kClient},
+    Layer{"client-sim", 17, Side::kClient},  // client-sim/main.cpp
 };
 
 /// A sibling that may be asked after all: files of `from` may include files that begin with

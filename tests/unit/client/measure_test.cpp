@@ -1,5 +1,5 @@
+#include "client-sim/audit/bound.h"
 #include "client-sim/link/arrival_log.h"
-#include "client-sim/measure/bound.h"
 #include "client-sim/measure/corrections.h"
 #include "client-sim/measure/run_report.h"
 #include "shared/core/histogram.h"
@@ -12,6 +12,8 @@
 
 namespace zoned::measure {
 namespace {
+
+using namespace audit;  // the allowances
 
 constexpr double kTick = 1.0 / 30.0;
 

@@ -1,5 +1,5 @@
 // The greatest age of one entity's updates, by lost packets; and the excuse of a budget.
-#include "client-sim/measure/update_age.h"
+#include "client-sim/audit/update_age.h"
 
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/collector.h"
@@ -12,6 +12,9 @@
 
 namespace zoned::measure {
 namespace {
+
+using audit::age_of;
+using audit::SentUpdates;
 
 constexpr double kTick_s = 1.0 / 30.0;
 constexpr double kDelay_s = 0.040;

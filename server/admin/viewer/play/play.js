@@ -262,6 +262,9 @@ function figures() {
     if (stats.audits > 0) {
       text += `, error shown ${cm(stats.displayedM_p50)} (p99 ${cm(stats.displayedM_p99)})`;
     }
+    if (stats.judged > 0) {
+      text += `, ${stats.judged} states judged, ${stats.beyond} beyond their bound: ${stats.verdict}`;
+    }
   }
   element('figures').textContent = text;
 }

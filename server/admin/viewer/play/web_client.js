@@ -309,12 +309,20 @@ export class WebClient {
     if (this.code.web_stats(this.client, this.numbersAt) !== 1) {
       return null;
     }
-    const n = this.#numbers();
+    const n = [...this.#numbers(17)];
+    this.code.web_judged(this.client, this.numbersAt);
+    const [judged, beyondM, beyondRad, missing, extra, wrongValues, predictedM_max] = this.#numbers(7);
     return {
       rttMs: n[0], leadMs: n[1], bytesIn: n[2], bytesOut: n[3], packetsIn: n[4], malformed: n[5], resumed: n[6],
       inputs: n[7], inputsMissing: n[8], corrections: n[9], correctionM: n[10], correctionM_p99: n[11], correctionM_max: n[12],
       audits: n[13], displayedM_p50: n[14], displayedM_p99: n[15], ownM_p99: n[16],
+      judged, beyond: beyondM + beyondRad, missing, extra, wrongValues, predictedM_max, verdict: this.verdict,
     };
+  }
+
+  /** By the rules for bots: "consistent", or "inconsistent" with its reasons; empty: nothing was compared. */
+  get verdict() {
+    return this.#read(this.code.web_verdict(this.client));
   }
 
   /** Characters along a ray, as a server must know them to judge a shot. */

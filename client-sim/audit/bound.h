@@ -7,7 +7,7 @@
 
 #include <limits>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 /// Inputs of the formula.
 struct BoundInputs {
@@ -52,4 +52,4 @@ bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double
 /// Index of the LOD promised at a horizontal distance.
 std::size_t lod_at(const view::WorldInfo& world, double distance_m);
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit

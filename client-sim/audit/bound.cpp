@@ -1,9 +1,9 @@
-#include "client-sim/measure/bound.h"
+#include "client-sim/audit/bound.h"
 
 #include <algorithm>
 #include <numbers>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 namespace {
 
@@ -64,4 +64,4 @@ std::size_t lod_at(const view::WorldInfo& world, double distance_m) {
     return world.lods.size() - 1;
 }
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit

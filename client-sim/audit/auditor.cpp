@@ -1,6 +1,6 @@
-#include "client-sim/measure/auditor.h"
+#include "client-sim/audit/auditor.h"
 
-#include "client-sim/measure/bound.h"
+#include "client-sim/audit/bound.h"
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 namespace {
 
@@ -72,37 +72,6 @@ Tick grace_ticks(const link::UpdateAge& age, double rtt_s, double tick_s) {
 
 }  // namespace
 
-void Tally::add(const Finding& finding) {
-    switch (finding.kind) {
-        case FindingKind::kPosition:
-            ++position_violations;
-            break;
-        case FindingKind::kOrientation:
-            ++orientation_violations;
-            break;
-        case FindingKind::kMissing:
-            ++missing;
-            break;
-        case FindingKind::kExtra:
-            ++extra;
-            break;
-        case FindingKind::kField:
-            ++field_violations;
-            break;
-    }
-    const auto beyond = [](const Finding& f) {
-        return f.error - f.allowed;
-    };
-    const auto place =
-        std::upper_bound(worst.begin(), worst.end(), finding, [&](const auto& a, const auto& b) {
-            return beyond(a) > beyond(b);
-        });
-    worst.insert(place, finding);
-    if (worst.size() > kWorst) {
-        worst.pop_back();
-    }
-}
-
 void Auditor::add(const wire::AuditRecordMessage& record) {
     // More waiting records than this come from a server that floods: the oldest goes.
     if (waiting_.size() >= kMaxWaiting) {
@@ -117,15 +86,15 @@ void Auditor::restart() {
     previous_tick_ = -1;
 }
 
-void Auditor::settle(const bot::Bot& bot, Tally& tally) {
-    const view::View* view = bot.view();
+void Auditor::settle(const view::Player& player, const AuditedClient& client, Tally& tally) {
+    const view::View* view = player.view();
     if (view == nullptr) {
         waiting_.clear();
         return;
     }
     const double tick_s = view->world().tick_s;
     const auto hold =
-        static_cast<Tick>(std::ceil((kHoldS + bot.client().clock().rtt_s()) / tick_s));
+        static_cast<Tick>(std::ceil((kHoldS + player.client().clock().rtt_s()) / tick_s));
     const auto patience = static_cast<Tick>(kPatienceS / tick_s);
     while (!waiting_.empty()) {
         const wire::AuditRecordMessage& record = waiting_.front();
@@ -139,32 +108,36 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
         const Tick latest = record.tick + 2 * view::Playout::kMaxDelay;
         const Tick shown = view->shown_at(record.tick).value_or(latest);
         const Tick past = view->tick() - shown;
-        const bool known = bot.arrivals().newest_tick() >= shown || past >= patience;
+        const bool known = client.arrivals().newest_tick() >= shown || past >= patience;
         if (!record.frozen && (past < hold || !known)) {
             return;
         }
         if (record.frozen) {
-            compare_frozen(bot, record);
+            compare_frozen(*view, client.avatar(), record);
         } else {
-            compare(bot, record, tally);
+            compare(player, client, record, tally);
         }
         waiting_.pop_front();
     }
 }
 
-void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& record, Tally& tally) {
+void Auditor::compare(const view::Player& player,
+                      const AuditedClient& client,
+                      const wire::AuditRecordMessage& record,
+                      Tally& tally) {
     ++tally.records;
-    const view::View& view = *bot.view();
-    const double rtt_s = bot.client().clock().rtt_s();
-    const clock::RoundTrip& path = bot.client().clock().round_trip();
+    const view::View& view = *player.view();
+    const double rtt_s = player.client().clock().rtt_s();
+    const clock::RoundTrip& path = player.client().clock().round_trip();
     Context context;
-    context.bot = &bot;
+    context.view = &view;
+    context.client = &client;
     context.world = &view.world();
     context.tick = record.tick;
     const std::optional<Tick> shown_at = view.shown_at(record.tick);
     context.shown_at = shown_at.value_or(record.tick);
-    context.age = bot.arrivals().at(context.shown_at, path);
-    least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
+    context.age = client.arrivals().at(context.shown_at, path);
+    least_rtt_s_ = std::min(least_rtt_s_, player.client().clock().min_rtt_s());
     context.stale = is_stale(
         context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
     context.avatar_discontinuity = record.avatar_discontinuity_tick;
@@ -178,7 +151,7 @@ void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& recor
             context.age.plain_s + resend_s;
     context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
-        const link::UpdateAge then = bot.arrivals().at(context.tick, path);
+        const link::UpdateAge then = client.arrivals().at(context.tick, path);
         const double behind_s =
             static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
         context.age.age_s = past_age_s(context.age, then, behind_s);
@@ -187,13 +160,13 @@ void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& recor
         context.age.widened.step = std::max(context.age.widened.step, then.widened.step);
         context.age.widened.incomplete |= then.widened.incomplete;
     }
-    if (bot.settled_tick() < 0 || record.tick < bot.settled_tick()) {
+    if (client.settled_tick() < 0 || record.tick < client.settled_tick()) {
         ++tally.skipped_unsettled;
     } else if (view.tick() - record.tick > view::EntityStore::kHistoryTicks) {
         ++tally.skipped_late;
     } else if (!shown_at) {
         ++tally.skipped_undisplayed;
-    } else if (!context.age.measured || bot.arrivals().newest_tick() < context.shown_at) {
+    } else if (!context.age.measured || client.arrivals().newest_tick() < context.shown_at) {
         ++tally.skipped_unmeasured;
     } else {
         tally.update_age_s.add(context.age.age_s);
@@ -223,7 +196,7 @@ Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
     own.age = age_of(context.age,
                      sent_updates,
                      context.all_named,
-                     context.bot->arrivals(),
+                     context.client->arrivals(),
                      context.tick,
                      static_cast<double>(context.shown_at) * tick_s,
                      context.path,
@@ -240,7 +213,7 @@ bool Auditor::was_postponed(const Context& context) {
 }
 
 const view::Version* Auditor::held(const Context& context, const view::Entity& entity, Tick tick) {
-    return context.bot->view()->held(entity, tick, context.shown_at + tick - context.tick);
+    return context.view->held(entity, tick, context.shown_at + tick - context.tick);
 }
 
 /// Both sides compute with the same numbers: equal to the last bit, or wrong.
@@ -275,10 +248,10 @@ void Auditor::compare_entity(const Context& context,
                              const wire::AuditEntityMessage& truth,
                              Tally& tally) {
     const EntityId id(truth.entity);
-    if (id == context.bot->avatar()) {
+    if (id == context.client->avatar()) {
         return;
     }
-    const view::Entity* entity = context.bot->view()->store().find(id);
+    const view::Entity* entity = context.view->store().find(id);
     const view::Version* version =
         entity != nullptr ? held(context, *entity, context.tick) : nullptr;
     if (version != nullptr && version->present) {
@@ -319,7 +292,7 @@ void Auditor::compare_entity(const Context& context,
     } else if (due) {
         Finding finding;
         finding.kind = FindingKind::kMissing;
-        finding.bot = bot_;
+        finding.client = index_;
         finding.tick = context.tick;
         finding.entity = id;
         finding.type = context.world->types[truth.type].name;
@@ -364,7 +337,7 @@ void Auditor::compare_fields(const Context& context,
         }
         Finding finding;
         finding.kind = FindingKind::kField;
-        finding.bot = bot_;
+        finding.client = index_;
         finding.tick = context.tick;
         finding.entity = EntityId(truth.entity);
         finding.type = context.world->types[truth.type].name + " field '" + field.name + "'";
@@ -402,10 +375,10 @@ double Auditor::promised_bound(const Context& context,
     // The client's state was promised D ago, when the entity may have been farther away.
     const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
     const Tick then = context.tick - ago;
-    const view::EntityStore& store = context.bot->view()->store();
+    const view::EntityStore& store = context.view->store();
     const view::Entity* entity = store.find(EntityId(truth.entity));
     const view::Version* version = entity != nullptr ? held(context, *entity, then) : nullptr;
-    const auto here = context.bot->view()->own().position_at(then);
+    const auto here = context.view->own().position_at(then);
     if (version == nullptr || !version->present || !here) {
         return now;
     }
@@ -430,10 +403,10 @@ void Auditor::compare_state(const Context& context,
     tally.samples_widened += context.age.widened.step > 0 ? 1 : 0;
     const view::TypeInfo& type = context.world->types[truth.type];
     const wire::Quantization q = wire::at_lod(context.world->quantization, version.lod);
-    const view::EntityStore& store = context.bot->view()->store();
+    const view::EntityStore& store = context.view->store();
     const view::WorldState predicted = store.predicted(version, context.tick);
     const view::WorldState displayed =
-        context.bot->view()->displayed(entity, version, context.tick, context.shown_at);
+        context.view->displayed(entity, version, context.tick, context.shown_at);
     const Vec3d position(truth.position[0], truth.position[1], truth.position[2]);
     const Quat orientation(
         truth.orientation[0], truth.orientation[1], truth.orientation[2], truth.orientation[3]);
@@ -457,7 +430,7 @@ void Auditor::compare_state(const Context& context,
             static_cast<double>(context.tick - truth.breach_tick) * context.world->tick_s;
     }
     Finding finding;
-    finding.bot = bot_;
+    finding.client = index_;
     finding.tick = context.tick;
     finding.entity = EntityId(truth.entity);
     finding.type = type.name;
@@ -491,11 +464,11 @@ void Auditor::find_extra(const Context& around, Tally& tally) {
         around.tick - around.avatar_discontinuity < around.grace) {
         return;
     }
-    for (const auto& [id, entity] : around.bot->view()->store().entities()) {
+    for (const auto& [id, entity] : around.view->store().entities()) {
         const view::Version* version = held(around, entity, around.tick);
         // In the view all the time between two records, and in neither of them.
         if (version == nullptr || !version->present || entity.present_since > previous_tick_ ||
-            id == around.bot->avatar()) {
+            id == around.client->avatar()) {
             continue;
         }
         const auto seen = seen_.find(id.value);
@@ -515,7 +488,7 @@ void Auditor::find_extra(const Context& around, Tally& tally) {
         }
         Finding finding;
         finding.kind = FindingKind::kExtra;
-        finding.bot = bot_;
+        finding.client = index_;
         finding.tick = context.tick;
         finding.entity = id;
         finding.type = entity.typed ? context.world->types[entity.type].name : "?";
@@ -546,4 +519,4 @@ void Auditor::remember(const wire::AuditRecordMessage& record) {
     }
 }
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit

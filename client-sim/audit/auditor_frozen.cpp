@@ -1,9 +1,9 @@
-#include "client-sim/measure/auditor.h"
+#include "client-sim/audit/auditor.h"
 
 #include <algorithm>
 #include <iterator>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 namespace {
 
@@ -30,18 +30,20 @@ wire::QuantizedState resting(const view::WorldInfo& world,
 
 }  // namespace
 
-void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage& record) {
+void Auditor::compare_frozen(const view::View& view,
+                             EntityId avatar,
+                             const wire::AuditRecordMessage& record) {
     frozen_.seen = true;
     frozen_.converged = false;
-    const view::EntityStore& store = bot.view()->store();
+    const view::EntityStore& store = view.store();
     std::size_t listed_present = 0;
     for (const wire::AuditEntityMessage& truth : record.entities) {
         const EntityId id(truth.entity);
         const view::Entity* entity = store.find(id);
         const bool present = entity != nullptr && entity->present();
-        const std::string name = "entity " + std::to_string(id.value) + " (" +
-                                 bot.view()->world().types[truth.type].name + ")";
-        if (id == bot.avatar()) {
+        const std::string name =
+            "entity " + std::to_string(id.value) + " (" + view.world().types[truth.type].name + ")";
+        if (id == avatar) {
             continue;
         }
         if (!present) {
@@ -54,8 +56,7 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
         ++listed_present;
         const view::Version& shown = entity->versions.back();
         const wire::QuantizedState& s = shown.quantized;
-        const bool coarser =
-            bot.view()->world().quantization.lod_shift[shown.lod] != wire::LodShift{};
+        const bool coarser = view.world().quantization.lod_shift[shown.lod] != wire::LodShift{};
         const std::int32_t mine[8] = {s.position[0],
                                       s.position[1],
                                       s.position[2],
@@ -66,8 +67,7 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
                                       s.appearance};
         const bool same = truth.quantized.size() == 8 && shown.zone.value == record.zone &&
                           std::equal(std::begin(mine), std::end(mine), truth.quantized.begin());
-        if (coarser ? !(shown.zone.value == record.zone &&
-                        s == resting(bot.view()->world(), shown, truth))
+        if (coarser ? !(shown.zone.value == record.zone && s == resting(view.world(), shown, truth))
                     : !same) {
             frozen_.difference = name + " differs from the server's quantised state";
             return;
@@ -80,9 +80,9 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
         }
     }
     // A client hears of its own avatar among the others for its declared fields alone.
-    const view::Entity* own = store.find(bot.avatar());
+    const view::Entity* own = store.find(avatar);
     const bool listed = own != nullptr && own->present() &&
-                        wire::schema_of(bot.view()->world().fields, own->type) != nullptr;
+                        wire::schema_of(view.world().fields, own->type) != nullptr;
     listed_present += listed ? 1 : 0;
     if (listed_present != store.present_count()) {
         frozen_.difference = std::to_string(store.present_count() - listed_present) +
@@ -93,4 +93,4 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
     frozen_.difference.clear();
 }
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 /// The server's report of the packets that carry one entity. The default: none but acknowledged
 /// ones.
@@ -46,4 +46,4 @@ link::UpdateAge age_of(const link::UpdateAge& around,
                        const clock::RoundTrip& path,
                        double tick_s);
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit

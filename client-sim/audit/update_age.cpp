@@ -1,10 +1,10 @@
-#include "client-sim/measure/update_age.h"
+#include "client-sim/audit/update_age.h"
 
 #include "shared/wire/resend_timeout.h"
 
 #include <algorithm>
 
-namespace zoned::measure {
+namespace zoned::audit {
 
 link::UpdateAge age_of(const link::UpdateAge& around,
                        const SentUpdates& sent_updates,
@@ -52,4 +52,4 @@ link::UpdateAge age_of(const link::UpdateAge& around,
     return age;
 }
 
-}  // namespace zoned::measure
+}  // namespace zoned::audit
