@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -79,6 +80,12 @@ inline std::vector<Example> examples() {
             out.back().values.emplace(line.substr(0, equals), line.substr(equals + 3));
         }
     }
+    return out;
+}
+
+inline std::vector<Example> examples_named(const std::string& name) {
+    std::vector<Example> out = examples();
+    std::erase_if(out, [&](const Example& e) { return e.name != name; });
     return out;
 }
 
