@@ -193,7 +193,7 @@ ZONED_WEB_EXPORT int web_world(const zoned_client* client, double* out) {
     return 1;
 }
 
-/// 1: upright, character, radius, half segment; web_name() is its name.
+/// 1: upright, character, radius, half segment, seats; web_name() is its name.
 ZONED_WEB_EXPORT int web_type(const zoned_client* client, std::uint32_t index, double* out) {
     auto type = sized<zoned_client_type_info>();
     if (zoned_client_type(client, index, &type) != 0) {
@@ -201,10 +201,11 @@ ZONED_WEB_EXPORT int web_type(const zoned_client* client, std::uint32_t index, d
     }
     std::memcpy(name_text.data(), type.name, name_text.size());
     put(out,
-        std::array<double, 4>{double(type.upright),
+        std::array<double, 5>{double(type.upright),
                               double(type.character),
                               double(type.radius),
-                              double(type.half_segment)});
+                              double(type.half_segment),
+                              double(type.seats)});
     return 1;
 }
 

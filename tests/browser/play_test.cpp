@@ -14,6 +14,13 @@ using testing_process::kPatience;
 using testing_process::number_after;
 using testing_process::scratch_folder;
 
+/// Expression: distance, slot and place of the nearest car's body, or undefined.
+const std::string kNearestCar =
+    "[...zoned.entities.slotOf.values()].filter((slot) => zoned.page.seats[zoned.entities.type("
+    "slot)] > 0).map((slot) => { const at = zoned.entities.place(slot, zoned.entities.tick, 1 / "
+    "30); const [x, , z] = zoned.own().position; return [Math.hypot(at[0] - x, at[2] - z), slot, "
+    "at]; }).sort((a, b) => a[0] - b[0])[0]";
+
 class Play : public ViewerFixture {
   protected:
     void SetUp() override {
@@ -102,8 +109,40 @@ class Play : public ViewerFixture {
         return std::stod(browser->evaluate("zoned.stats()." + name));
     }
 
+    /// The avatar stands: page and server say where.
+    void wait_until_both_agree() {
+        double apart = 1e9;
+        for (int i = 0; i < 50 && apart > 0.01; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            apart = distance(own(), truth());
+        }
+        EXPECT_LT(apart, 0.01);
+    }
+
+    /// By W, with a look at it again and again.
+    void walk_to_nearest_car() {
+        browser->key("KeyW", "w", true);
+        const std::string near =
+            "(() => { const car = " + kNearestCar +
+            "; const [x, , z] = zoned.own().position; zoned.controls.yaw = Math.atan2(car[2][0] - "
+            "x, car[2][2] - z); return Math.hypot(car[2][0] - x, car[2][2] - z) < 2.5; })()";
+        EXPECT_TRUE(browser->wait_until(near));
+        browser->key("KeyW", "w", false);
+    }
+
     /// What the page says of itself by the rules for bots.
     std::string verdict() { return browser->evaluate("zoned.stats().verdict"); }
+
+    /// The person's client is judged as each bot's is, by at least so many states.
+    void expect_consistent_page(int states) {
+        // States that came while the page was being built are old, and weigh less and less.
+        EXPECT_TRUE(browser->wait_until("zoned.stats().judged >= " + std::to_string(states) +
+                                            " && zoned.stats().verdict === 'consistent'",
+                                        kPatience))
+            << verdict();
+        EXPECT_EQ(stat("beyond"), 0.0);
+        EXPECT_EQ(stat("missing") + stat("extra") + stat("wrongValues"), 0.0);
+    }
 
     /// Waits until the bots have ended, and reads their verdict.
     static void expect_consistent(Child& bots) {
@@ -130,25 +169,15 @@ TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongFiftyBots) {
     hold("KeyW", "w", 1.5);
     hold("KeyD", "d", 1.0);
     EXPECT_GT(distance(own(), before), 2.0);
-    // It stands: both sides say where.
-    double apart = 1e9;
-    for (int i = 0; i < 50 && apart > 0.01; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        apart = distance(own(), truth());
-    }
-    EXPECT_LT(apart, 0.01);
+    wait_until_both_agree();
     const double ground = own().at(1);
     browser->key("Space", " ", true);
     EXPECT_TRUE(browser->wait_until("zoned.own().position[1] > " + std::to_string(ground + 0.3)));
     browser->key("Space", " ", false);
     EXPECT_TRUE(browser->wait_until("zoned.stats().corrections > 20", kPatience));
     expect_consistent(bots);
-    EXPECT_TRUE(browser->wait_until("zoned.stats().judged > 500", kPatience));
+    expect_consistent_page(500);
     std::printf("play: %s\n", browser->evaluate("JSON.stringify(zoned.stats())").c_str());
-    // The person's client is judged as each bot's is.
-    EXPECT_EQ(stat("beyond"), 0.0);
-    EXPECT_EQ(stat("missing") + stat("extra") + stat("wrongValues"), 0.0);
-    EXPECT_EQ(verdict(), "consistent");
     EXPECT_TRUE(browser->wait_until(
         "document.getElementById('figures').textContent.includes('0 beyond their bound: "
         "consistent')"));
@@ -176,6 +205,46 @@ TEST_F(Play, VerdictFindsFaultsOfTheServer) {
             << setting << ": " << browser->evaluate("JSON.stringify(zoned.stats())");
         EXPECT_EQ(verdict().rfind("inconsistent", 0), 0U) << verdict();
     }
+    expect_no_errors();
+}
+
+TEST_F(Play, RidesTheNearestVehicleAndDrivesItByTheSameKeys) {
+    start_anew({}, ZONED_SOURCE_DIR "/config/machines.txtpb");
+    enter();
+    ASSERT_TRUE(browser->wait_until(kNearestCar + " !== undefined", kPatience));
+    walk_to_nearest_car();
+    hold("KeyR", "r", 0.05);
+    ASSERT_TRUE(browser->wait_until("zoned.own().carried"))
+        << browser->evaluate("document.getElementById('lines').textContent");
+    // It looks to where the car points, and goes ahead.
+    browser->evaluate("(() => { const [x, y, z, w] = zoned.entities.orientation(" + kNearestCar +
+                      "[1]); zoned.controls.yaw = Math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x "
+                      "+ y * y)); })()");
+    const std::vector<double> before = own();
+    // The seat is where no prediction was: the state after it says nothing of driving.
+    const std::string begun = browser->evaluate("zoned.stats().corrections");
+    EXPECT_TRUE(browser->wait_until("zoned.stats().corrections > 2 + " + begun));
+    browser->evaluate(
+        "(() => { window.worst = 0; setInterval(() => { window.worst = Math.max(window.worst, "
+        "zoned.stats()?.correctionM ?? 0); }, 30); })()");
+    hold("KeyW", "w", 2.0);
+    const std::vector<double> after = own();
+    const double worst = std::stod(browser->evaluate("window.worst"));
+    std::printf(
+        "play: drove %.1f m, corrected by %.2f m at most\n", distance(after, before), worst);
+    EXPECT_GT(distance(after, before), 3.0);
+    // A rider is predicted straight on from its newest state; the client does not simulate cars.
+    EXPECT_LT(worst, 1.0);
+    EXPECT_LT(distance(after, truth()), 3.0);  // of a moment later
+    hold("KeyR", "r", 0.05);
+    EXPECT_TRUE(browser->wait_until("!zoned.own().carried"));
+    wait_until_both_agree();
+    expect_consistent_page(100);
+    // Far from all vehicles the key says so.
+    browser->evaluate("zoned.page.seats.fill(0)");
+    hold("KeyR", "r", 0.05);
+    EXPECT_TRUE(browser->wait_until(
+        "document.getElementById('lines').textContent.includes('nothing near to ride on')"));
     expect_no_errors();
 }
 

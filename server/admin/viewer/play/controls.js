@@ -6,7 +6,7 @@ const STICK_PIXELS = 56;
 const KEYS = { KeyW: 'ahead', ArrowUp: 'ahead', KeyS: 'back', ArrowDown: 'back', KeyA: 'left', ArrowLeft: 'left', KeyD: 'right', ArrowRight: 'right', Space: 'jump', ShiftLeft: 'sprint', ShiftRight: 'sprint' };
 
 export class PlayerControls {
-  /** `on` has act(name) for "shoot", "push", "pick_up", "throw", "chat", "view". */
+  /** `on` has act(name) for "shoot", "push", "pick_up", "throw", "ride", "chat", "view". */
   constructor(canvas, on) {
     this.canvas = canvas;
     this.on = on;
@@ -45,7 +45,7 @@ export class PlayerControls {
   }
 
   #keys() {
-    const acts = { KeyE: 'push', KeyQ: 'pick_up', KeyG: 'throw', Enter: 'chat', KeyV: 'view' };
+    const acts = { KeyE: 'push', KeyQ: 'pick_up', KeyG: 'throw', KeyR: 'ride', Enter: 'chat', KeyV: 'view' };
     window.addEventListener('keydown', (event) => {
       if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey) {
         return;

@@ -24,7 +24,7 @@ const canvas = element('world');
 const entities = new Entities();
 const renderer = new Renderer(canvas);
 const clock = { shown: 0, tickSeconds: 1 / 30 };
-const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], frames: 0, items: [], behind: true, doors: '' };
+const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], seats: [], frames: 0, items: [], behind: true, doors: '' };
 
 const controls = new PlayerControls(canvas, { act });
 
@@ -80,6 +80,7 @@ function buildScene() {
   const player = types.findIndex(({ name }) => name === 'player');
   page.ownType = player >= 0 ? player : Math.max(0, types.findIndex(({ character }) => character));
   page.ownFields = client.fields(page.ownType);
+  page.seats = client.types().map(({ seats }) => seats);
   page.doors = '-';
   layBoxes();
   page.ready = true;
@@ -129,6 +130,20 @@ function inReach() {
   return best;
 }
 
+/** The nearest entity with seats that can be reached, or 0. */
+function vehicleInReach() {
+  let best = 0;
+  let least = REACH_M;
+  for (const [other, slot] of entities.slotOf) {
+    const away = Math.hypot(...entities.place(slot, clock.shown, clock.tickSeconds).map((v, k) => v - page.own.position[k]));
+    if (page.seats[entities.type(slot)] > 0 && away < least) {
+      least = away;
+      best = other;
+    }
+  }
+  return best;
+}
+
 function act(name) {
   const { client, own } = page;
   if (!own) {
@@ -152,6 +167,14 @@ function act(name) {
     throw() {
       const item = page.items[0];
       return item && client.command(sandbox.THROW, sandbox.thrown(item, controls.direction()));
+    },
+    ride() {
+      const id = own.carried ? 0 : vehicleInReach();
+      if (!own.carried && id === 0) {
+        say('There is nothing near to ride on');
+        return;
+      }
+      client.command(sandbox.RIDE, sandbox.entity(id));
     },
     chat() {
       document.exitPointerLock?.();

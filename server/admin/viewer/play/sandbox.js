@@ -5,6 +5,7 @@ export const SHOOT = 2;
 export const PICK_UP = 3;
 export const THROW = 4;
 export const PUSH = 5;
+export const RIDE = 7;
 // An event of it, to the owner of what is carried.
 export const INVENTORY = 22;
 

@@ -260,8 +260,8 @@ export class WebClient {
   types() {
     const out = [];
     while (this.code.web_type(this.client, out.length, this.numbersAt) === 1) {
-      const [upright, character, radius, halfSegment] = this.#numbers();
-      out.push({ name: this.#read(this.code.web_name()), upright, character: character !== 0, radius, halfSegment });
+      const [upright, character, radius, halfSegment, seats] = this.#numbers(5);
+      out.push({ name: this.#read(this.code.web_name()), upright, character: character !== 0, radius, halfSegment, seats });
     }
     return out;
   }
