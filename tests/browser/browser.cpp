@@ -191,6 +191,10 @@ void Browser::press(const std::string& name, int virtual_key) {
     command("Input.dispatchKeyEvent", R"({"type": "keyUp")" + which + "}");
 }
 
+void Browser::ignore_policies() {
+    command("Page.setBypassCSP", R"({"enabled": true})");
+}
+
 void Browser::set_dark(bool dark) {
     command("Emulation.setEmulatedMedia",
             std::string(R"({"features": [{"name": "prefers-color-scheme", "value": ")") +

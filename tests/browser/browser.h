@@ -33,6 +33,8 @@ class Browser {
     void key(const std::string& code, const std::string& name, bool down);
     /// Presses and lets go a key that the browser itself answers to, as Tab (9) or Enter (13).
     void press(const std::string& name, int virtual_key);
+    /// Pages that are opened from now on may connect anywhere.
+    void ignore_policies();
     void set_dark(bool dark);
     void set_size(int width, int height);
     void screenshot(const std::string& file);

@@ -35,7 +35,7 @@ window.zoned = {
   own: () => page.client?.own() ?? null,
   stats: () => page.client?.stats() ?? null,
   cut: () => page.client?.socket?.close(),
-  act,
+  act, frame: advance,
 };
 
 function say(text) {
@@ -240,10 +240,14 @@ function hideOwn() {
 let drawnAt = 0;
 function frame(now) {
   requestAnimationFrame(frame);
-  const { client } = page;
-  if (!client) {
-    return;
+  if (page.client) {
+    advance(now);
   }
+}
+
+/** Input, what has come, and the picture. */
+function advance(now = performance.now()) {
+  const { client } = page;
   client.input(controls.input());
   const state = client.poll();
   takeEvents();
