@@ -1,5 +1,6 @@
 # Writes ctest's list of the suites of one program of GoogleTest, one test a suite: a process for each of three thousand tests
-# would take longer than most of them do. -DPROGRAM=... -DNAME=... -DFILTER=... -DTIMEOUT=seconds -DCOST=seconds -DOUT=...
+# would take longer than most of them do. -DPROGRAM=... -DNAME=... -DFILTER=... -DTIMEOUT=seconds -DCOST=seconds
+# -DPROCESSORS=slots -DOUT=...
 set(FILTER_OPTION)
 if(FILTER)
   set(FILTER_OPTION --gtest_filter=${FILTER})
@@ -18,6 +19,6 @@ set(TESTS "")
 foreach(SUITE ${SUITES})
   string(REGEX REPLACE "[\n.]" "" SUITE "${SUITE}")
   string(APPEND TESTS "add_test([=[${NAME}.${SUITE}]=] [=[${PROGRAM}]=] [=[--gtest_filter=${SUITE}.*${FILTER}]=])\n"
-    "set_tests_properties([=[${NAME}.${SUITE}]=] PROPERTIES TIMEOUT ${TIMEOUT} COST ${COST})\n")
+    "set_tests_properties([=[${NAME}.${SUITE}]=] PROPERTIES TIMEOUT ${TIMEOUT} COST ${COST} PROCESSORS ${PROCESSORS})\n")
 endforeach()
 file(WRITE ${OUT} "${TESTS}")
