@@ -16,6 +16,7 @@ local REACH_M = 3
 local THROW_MPS = 12
 local ROOM = 4             -- items in an inventory
 local RELOAD_S, RESPAWN_S, CHAT_S = 0.4, 3, 1
+local BACK = 1             -- a timer: a dead entity comes back
 local PORTABLE = { ball = true, crate = true }
 
 -- ---------------------------------------------------------------- help
@@ -54,9 +55,7 @@ local function die(entity, own, by)
   own.home = own.home or { x, y, z }
   if is_owned(by) then set_field(by, "kills", field(by, "kills") + 1) end
   hide(entity)
-  own.back_at = now() + ticks(RESPAWN_S)
-  state.dead[entity] = true
-  keep_awake(RESPAWN_S + 1)
+  start_timer(entity, RESPAWN_S, BACK)
 end
 
 local function hurt(entity, by, damage)
@@ -69,12 +68,11 @@ local function hurt(entity, by, damage)
   if left == 0 then die(entity, own, by) end
 end
 
-local function respawn(entity, own)
+function on_timer(timer, entity)   -- BACK is the only kind
   local ox, oy, oz = origin()
-  local home = own.home
+  local home = entity_state(entity).home
   show(entity, home[1] - ox, home[2] - oy, home[3] - oz)
   set_field(entity, "health", FULL_HEALTH)
-  own.back_at = nil
   announce(entity, RESPAWNED, encode({ entity = entity }, "1 int entity"))
 end
 
@@ -159,10 +157,6 @@ end
 
 -- ---------------------------------------------------------------- callbacks
 
-function on_start()
-  state.dead = {}
-end
-
 function on_join(client, avatar, name)
   local x, y, z = position(avatar)
   local ox, oy, oz = origin()
@@ -176,7 +170,6 @@ function on_leave(client, avatar)
   local own = entity_state(avatar)
   if own then
     publish("world", LEFT, name_event(client, avatar, own.name))
-    state.dead[avatar] = nil
     despawn(avatar)
   end
 end
@@ -198,21 +191,5 @@ function on_message(target, payload)
   if is_owned(target) and is_target(target) and #payload == 8 then
     local by, damage = string.unpack("<I4I4", payload)
     hurt(target, by, damage)
-  end
-end
-
-function on_tick()
-  for entity in pairs(state.dead) do
-    local own = entity_state(entity)
-    if not own or not own.back_at then
-      state.dead[entity] = nil   -- it went to another zone, or is gone
-    elseif now() >= own.back_at then
-      state.dead[entity] = nil
-      respawn(entity, own)
-    end
-  end
-  for _, avatar in ipairs(avatars()) do
-    -- One that died while it crossed the border: this zone knows it only now.
-    if is_hidden(avatar) and entity_state(avatar).back_at then state.dead[avatar] = true end
   end
 end

@@ -154,6 +154,7 @@ struct Settings {
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     std::vector<NamedDoor> doors;
+    std::vector<zone::Trigger> triggers;
     std::vector<SurfaceSettings> surfaces;
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;

@@ -16,6 +16,8 @@ enum class Callback : std::uint8_t {
     kInput,
     kContact,
     kJointBroken,
+    kTrigger,
+    kTimer,
     kTick,
     kConfirm,
     kMessage,
@@ -23,14 +25,16 @@ enum class Callback : std::uint8_t {
     kMayHear,
 };
 
-inline constexpr std::array<std::string_view, 12> kCallbackNames{
-    "on_start",         // ()                     before all others, once in a zone's life
+inline constexpr std::array<std::string_view, 14> kCallbackNames{
+    "on_start",         // ()                     in the first tick of a zone's life
     "on_join",          // (client, avatar, name, team, account)
     "on_leave",         // (client, avatar)       it still stands there; nobody despawns it
     "on_command",       // (client, avatar, kind, payload)
     "on_input",         // (avatar, move_x, move_z, buttons, pressed, yaw, pitch)
     "on_contact",       // (a, b, speed, impulse, x, y, z, began, ended)
     "on_joint_broken",  // (joint, a, b, root, name, force)
+    "on_trigger",       // (trigger, entity, entered)
+    "on_timer",         // (timer, entity, kind, payload)
     "on_tick",          // ()
     "on_confirm",       // (client, event)
     "on_message",       // (target, payload)

@@ -27,6 +27,7 @@ void push_globals(lua_State* lua, const zone::RulesSettings& rules) {
     open_queries(lua);
     open_actions(lua);
     open_joints(lua);
+    open_agents(lua);
     open_events(lua);
     open_store(lua);
     open_messages(lua);

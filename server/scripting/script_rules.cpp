@@ -15,7 +15,7 @@ namespace zoned::scripting {
 namespace {
 
 /// First byte of saved state; a change of its form changes it.
-constexpr std::uint8_t kFormat = 0x51;
+constexpr std::uint8_t kFormat = 0x52;
 /// Errors at more places than this are counted alone.
 constexpr std::size_t kMostLoggedPlaces = 100;
 /// A zone asks may_hear for many pairs in a tick.
@@ -108,9 +108,6 @@ void ScriptRules::prepare(zone::RulesContext& context) {
         tick_ = context.now();
         script_->budget().tick_instructions = settings_.limits.instructions_per_tick;
     }
-    if (!std::exchange(started_, true)) {
-        call(context, Callback::kStart, [](lua_State*) { return 0; });
-    }
 }
 
 template <class Push>
@@ -160,6 +157,10 @@ void ScriptRules::note_error(Callback callback, const ScriptError& error) {
 
 std::uint64_t ScriptRules::errors() const {
     return std::accumulate(errors_.begin(), errors_.end(), std::uint64_t{0});
+}
+
+void ScriptRules::on_start(zone::RulesContext& context) {
+    call(context, Callback::kStart, [](lua_State*) { return 0; });
 }
 
 EntityId ScriptRules::on_join(zone::RulesContext& context, const zone::JoinRequest& request) {
@@ -247,6 +248,15 @@ void ScriptRules::on_joint_broken(zone::RulesContext& context, const zone::Broke
     });
 }
 
+void ScriptRules::on_trigger(zone::RulesContext& context, const zone::TriggerEvent& event) {
+    call(context, Callback::kTrigger, [&](lua_State* lua) {
+        push_text(lua, event.trigger);
+        push_entity(lua, event.entity);
+        push_truth(lua, event.entered);
+        return 3;
+    });
+}
+
 zone::ContactWish ScriptRules::contact_wish(TypeIndex type) const {
     return script_->contact_wish(type);
 }
@@ -276,6 +286,16 @@ bool ScriptRules::may_hear(const zone::RulesContext& context,
         log_error(Callback::kMayHear, *error);
     }
     return may;
+}
+
+void ScriptRules::on_timer(zone::RulesContext& context, const zone::DueTimer& timer) {
+    call(context, Callback::kTimer, [&](lua_State* lua) {
+        lua_pushinteger(lua, static_cast<lua_Integer>(timer.id.value));
+        push_entity(lua, timer.entity);
+        lua_pushinteger(lua, timer.kind);
+        push_bytes(lua, timer.payload);
+        return 4;
+    });
 }
 
 void ScriptRules::on_tick(zone::RulesContext& context) {
@@ -343,7 +363,7 @@ void ScriptRules::load_entity(EntityId entity, std::span<const std::uint8_t> sta
 
 template <class Archive>
 void ScriptRules::serialize(Archive& archive) {
-    archive(started_, tick_, host_->awake_until, errors_);
+    archive(tick_, host_->awake_until, errors_);
     if constexpr (Archive::kReads) {
         read_table(archive, *host_->shared);
         read_table(archive, *host_->entities);

@@ -28,6 +28,7 @@ class ScriptRules final : public zone::Rules {
                 ScriptLog log);
     ~ScriptRules() override;
 
+    void on_start(zone::RulesContext& context) override;
     EntityId on_join(zone::RulesContext& context, const zone::JoinRequest& request) override;
     void on_leave(zone::RulesContext& context, ClientId client, EntityId avatar) override;
     void on_command(zone::RulesContext& context,
@@ -41,10 +42,12 @@ class ScriptRules final : public zone::Rules {
                   std::uint16_t pressed) override;
     void on_contact(zone::RulesContext& context, const zone::EntityContact& contact) override;
     void on_joint_broken(zone::RulesContext& context, const zone::BrokenJoint& joint) override;
+    void on_trigger(zone::RulesContext& context, const zone::TriggerEvent& event) override;
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex type) const override;
     [[nodiscard]] bool may_hear(const zone::RulesContext& context,
                                 EntityId viewer,
                                 EntityId entity) const override;
+    void on_timer(zone::RulesContext& context, const zone::DueTimer& timer) override;
     void on_tick(zone::RulesContext& context) override;
     void on_confirm(zone::RulesContext& context, ClientId client, EventId event) override;
     void on_message(zone::RulesContext& context,
@@ -70,7 +73,7 @@ class ScriptRules final : public zone::Rules {
     }
 
   private:
-    /// Before the first call of a zone's life, and at the beginning of each tick.
+    /// Before each call: the first of a tick has its whole budget.
     void prepare(zone::RulesContext& context);
     [[nodiscard]] bool is_called(Callback callback) const;
     /// False where the script was not called, or failed.
@@ -88,7 +91,6 @@ class ScriptRules final : public zone::Rules {
     // Behind a pointer: asking may_hear changes no state, yet runs the script.
     std::unique_ptr<Host> host_;
     std::unique_ptr<LoadedScript> script_;
-    bool started_ = false;
     Tick tick_ = 0;  // of the newest call
     std::array<std::uint64_t, kCallbacks> errors_{};
     mutable std::set<std::string> logged_;  // places

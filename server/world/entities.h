@@ -54,9 +54,10 @@ enum class Reader : std::uint8_t {
     kHash,
     kExport,
     kInterest,
-    kGrid
+    kGrid,
+    kTriggers
 };
-inline constexpr std::size_t kReaders = 4;
+inline constexpr std::size_t kReaders = 5;
 
 /// Rows are dense; removal moves the last row into the gap, so a Row is valid only until the next
 /// removal. All vectors have size() elements. Positions are zone-local metres.

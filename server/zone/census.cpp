@@ -55,7 +55,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     census.neighbours = static_cast<std::uint32_t>(state.settings.regions.size() - 1);
     census.doors = static_cast<std::uint32_t>(state.doors.body.size());
     census.turning_doors = doors_to_turn(state);
-    census.rules_busy = state.rules->busy();
+    census.rules_busy = state.timers.due(state.now) || state.rules->busy();
     census.ghosts_moved = state.ghosts_moved;
     census.frozen = state.frozen;
     return census;

@@ -1,9 +1,9 @@
 #include "server/zone/inbox.h"
 
 #include "server/ai/agent/hot_reload_migration.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/zone_context.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 #include "server/zone/border/ghosts.h"
 #include "server/zone/border/handoff.h"
 #include "server/zone/census.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/inbox.h"
 #include "server/zone/simulation/character_movement.h"
 #include "server/zone/simulation/character_pushes.h"
@@ -19,7 +20,6 @@
 #include "server/zone/viewers/audit.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "server/zone/viewers/visibility_filter.h"
-#include "server/zone/zone_context.h"
 #include "server/zone/zone_hash.h"
 #include "server/zone/zone_setup.h"
 #include "shared/core/assert.h"
@@ -33,9 +33,27 @@ namespace zoned::zone {
 
 namespace {
 
-/// Lets the rules see the commands of players, then runs their tick.
+void start_rules(ZoneState& state) {
+    if (!std::exchange(state.rules_started, true)) {
+        ZoneContext context(state);
+        state.rules->on_start(context);
+    }
+}
+
+/// Those of entities that are gone by now concern nobody.
+void run_timers(ZoneState& state, ZoneContext& context) {
+    while (const std::optional<DueTimer> timer = state.timers.next(state.now)) {
+        const world::Row row = state.entities.find(timer->entity);
+        if (!timer->entity || (row != world::kNoRow && !state.entities.has(row, world::kGhost))) {
+            state.rules->on_timer(context, *timer);
+        }
+    }
+}
+
+/// Due timers, then the commands of players, then the rules' own tick.
 std::uint32_t run_rules(ZoneState& state) {
     ZoneContext context(state);
+    run_timers(state, context);
     for (std::size_t i = 0; i < state.clients.size(); ++i) {
         const ZoneClient& client = state.clients[i];
         const world::Row row = state.entities.find(client.avatar);
@@ -134,6 +152,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     s.out.clear();
     s.report = StepReport{};
     s.report.tick = now;
+    start_rules(s);
     s.report.census = take_census(s, inbox.size());
     // Messages may freeze the world or bring the first viewer, so the plan is compiled again after
     // they were read.
@@ -174,6 +193,10 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         const std::uint32_t contacts = report_contacts(s, context);
         return contacts + report_breaks(s, context);
     });
+    if (!s.frozen) {
+        ZoneContext context(s);
+        report_triggers(s, context);
+    }
     pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
 }
 

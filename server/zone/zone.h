@@ -6,8 +6,11 @@
 #include "shared/core/result.h"
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <span>
+#include <string>
 
 namespace zoned::zone {
 
@@ -59,6 +62,11 @@ class Zone {
                          std::vector<ClientId>& out) const;
 
     /// A message of the rules for an entity of this zone; handled in the next tick's first half.
+    /// The names by which rules find placed entities of all zones.
+    void name_entities(std::map<std::string, EntityId, std::less<>> names) {
+        state_->entity_names = std::move(names);
+    }
+
     void deliver(RulesMessage message) { state_->messages_in.push_back(std::move(message)); }
 
     [[nodiscard]] bool owns(EntityId entity) const;

@@ -97,6 +97,7 @@ std::uint32_t hash_tick(ZoneState& state) {
     if (state.report.plan.has(Pass::kRules)) {
         state.rules->hash(state.hash);
     }
+    state.timers.hash_changes(state.hash);
     if (state.next_store_request != 0) {
         state.hash.add(state.next_store_request);
     }

@@ -10,6 +10,7 @@
 #include "server/replication/replication_settings.h"
 #include "server/world/visibility.h"
 #include "server/zone/assemblies/assembly_state.h"
+#include "server/zone/context/rules_timers.h"
 #include "server/zone/entity_serialization.h"
 #include "server/zone/input_ring.h"
 #include "shared/core/ids.h"
@@ -62,15 +63,24 @@ struct Handoff {
     std::vector<std::pair<EntityId, physics::BodyHistory>> histories;
     std::optional<Rider> ride;
     std::vector<std::uint8_t> rules;
+    std::vector<RulesTimer> timers;  ///< of the entity
     std::optional<ZoneClient> client;
     std::vector<world::Visible> visible;   ///< the client's visible set, so that hysteresis goes on
     replication::ClientTransfer transfer;  ///< where client is set
 };
 
-/// A message of the rules to an entity, wherever it lives.
+/// A message of the rules to an entity, wherever it lives, or to a zone.
 struct RulesMessage {
-    EntityId target;
+    EntityId target;  ///< none: to `zone`
     std::vector<std::uint8_t> payload;
+    ZoneId zone;  ///< none: to all zones
+};
+
+/// A number of the rules for the metrics.
+struct RulesFigure {
+    std::string name;
+    double value = 0.0;
+    bool counts = false;  ///< is added to what it was
 };
 
 enum class Audience : std::uint8_t {

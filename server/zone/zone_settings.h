@@ -10,6 +10,7 @@
 #include "server/replication/replication_settings.h"
 #include "server/world/entity_type.h"
 #include "server/zone/assemblies/assembly_def.h"
+#include "server/zone/context/triggers.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -119,6 +120,7 @@ struct ZoneSettings {
     /// zones.
     std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
+    std::vector<Trigger> triggers;                          ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
     std::vector<CosmeticBurst> cosmetic_bursts;

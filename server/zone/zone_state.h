@@ -11,6 +11,7 @@
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 #include "server/zone/assemblies/assembly_state.h"
+#include "server/zone/context/rules_timers.h"
 #include "server/zone/plan.h"
 #include "server/zone/pose_history.h"
 #include "server/zone/rules.h"
@@ -20,6 +21,7 @@
 #include "shared/core/state_hash.h"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -68,6 +70,8 @@ struct StepReport {
     std::uint32_t refused_items = 0;   ///< inbox items for clients or entities that are not here
     std::uint32_t fields_clamped = 0;  ///< numbers of rules beyond the range of a declared field
     std::uint32_t fields_refused = 0;  ///< values of rules that a declared field cannot hold
+    std::vector<std::string> rules_lines;  ///< for the log
+    std::vector<RulesFigure> rules_figures;
 };
 
 /// An entry of another zone's export, for the length of an import.
@@ -203,7 +207,12 @@ struct ZoneState {
     ai::PointsOfInterest points_of_interest;
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
+    TriggerState triggers;
     std::unique_ptr<Rules> rules;
+    bool rules_started = false;  ///< on_start was called
+    RulesTimers timers;
+    /// Of entities that the config placed, in all zones.
+    std::map<std::string, EntityId, std::less<>> entity_names;
     /// The pass that runs now: where a zone stopped, or the process crashed.
     std::optional<Pass> running;
     core::Rng rng;

@@ -1,6 +1,6 @@
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/bench/motion_traces.h"
 #include "tests/bench/public_data.h"
 #include "shared/core/rng.h"

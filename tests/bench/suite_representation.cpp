@@ -3,8 +3,8 @@
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/physics/method_selection/cost_table.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/representation.h"
-#include "server/zone/zone_context.h"
 #include "tests/bench/comparison.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/scripting/script_rules.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/bench/comparison.h"
 
 #include <algorithm>

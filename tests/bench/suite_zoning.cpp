@@ -2,7 +2,7 @@
 // the same world in one.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/statistics.h"
 #include "tests/bench/suite.h"

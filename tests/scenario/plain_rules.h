@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 namespace zoned::scenario {
@@ -21,6 +22,11 @@ struct PlainLog {
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
     std::vector<zone::BrokenJoint> broken;
+    std::vector<std::pair<ZoneId, Tick>> starts;
+    std::vector<std::pair<ZoneId, zone::DueTimer>> timers;  ///< those that were due, and where
+    std::vector<std::string> triggers;                      ///< "1 +goal 7", "2 -goal 7"
+    /// Called by each zone's on_start; set before the zones are made.
+    std::function<void(zone::RulesContext&)> at_start;
     bool busy = false;  ///< each_tick is called also where no player is
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
@@ -31,6 +37,26 @@ struct PlainLog {
 class PlainRules final : public zone::Rules {
   public:
     explicit PlainRules(std::shared_ptr<PlainLog> log) : log_(std::move(log)) {}
+
+    void on_start(zone::RulesContext& context) override {
+        const std::lock_guard lock(log_->guard);
+        log_->starts.emplace_back(context.zone(), context.now());
+        if (log_->at_start) {
+            log_->at_start(context);
+        }
+    }
+
+    void on_timer(zone::RulesContext& context, const zone::DueTimer& timer) override {
+        const std::lock_guard lock(log_->guard);
+        log_->timers.emplace_back(context.zone(), timer);
+    }
+
+    void on_trigger(zone::RulesContext& context, const zone::TriggerEvent& event) override {
+        const std::lock_guard lock(log_->guard);
+        log_->triggers.push_back(std::to_string(context.zone().value) +
+                                 (event.entered ? " +" : " -") + std::string(event.trigger) + " " +
+                                 std::to_string(event.entity.value));
+    }
 
     EntityId on_join(zone::RulesContext& context, const zone::JoinRequest& request) override {
         zone::SpawnDef def;

@@ -41,10 +41,20 @@ struct Flag {
 
 class CaptureTheFlag final : public zone::Rules {
   public:
-    EntityId on_join(Context& context, const zone::JoinRequest& request) override {
-        if (!std::exchange(begun_, true)) {
-            begin(context);
+    // Flags at home, and the scores of former days.
+    void on_start(Context& context) override {
+        for (std::uint8_t team = 0; team < kTeams; ++team) {
+            zone::SpawnDef def;
+            def.type = context.type_named("flag");
+            def.position = home(team);
+            def.asleep = true;
+            flags_[team].entity = context.spawn(def);
+            context.set_field(flags_[team].entity, kTeam, std::string_view(kTeamNames[team]));
         }
+        context.store_get({}, kBoard);
+    }
+
+    EntityId on_join(Context& context, const zone::JoinRequest& request) override {
         Player player{request.name, team_for(request.team)};
         zone::SpawnDef def;
         def.type = context.type_named("player");
@@ -65,7 +75,7 @@ class CaptureTheFlag final : public zone::Rules {
     }
 
     void on_tick(Context& context) override {
-        for (std::uint8_t team = 0; begun_ && team < kTeams; ++team) {
+        for (std::uint8_t team = 0; team < kTeams; ++team) {
             if (flags_[team].carrier) {
                 score_if_home(context, team);
             } else {
@@ -138,13 +148,13 @@ class CaptureTheFlag final : public zone::Rules {
 
     bool save(zone::Bytes& out) const override {
         core::FieldWriter write(out);
-        write(begun_, board_read_, players_, flags_, score_, board_);
+        write(board_read_, players_, flags_, score_, board_);
         return true;
     }
 
     std::string load(std::span<const std::uint8_t> bytes) override {
         core::FieldReader read(bytes);
-        read(begun_, board_read_, players_, flags_, score_, board_);
+        read(board_read_, players_, flags_, score_, board_);
         return read.left() == 0 ? read.wrong() : "bytes are left over";
     }
 
@@ -160,19 +170,6 @@ class CaptureTheFlag final : public zone::Rules {
 
     static Vec3 place(const Context& context, EntityId entity) {
         return context.entities().position[context.entities().find(entity)];
-    }
-
-    // The first player opens the match: flags at home, and the scores of former days.
-    void begin(Context& context) {
-        for (std::uint8_t team = 0; team < kTeams; ++team) {
-            zone::SpawnDef def;
-            def.type = context.type_named("flag");
-            def.position = home(team);
-            def.asleep = true;
-            flags_[team].entity = context.spawn(def);
-            context.set_field(flags_[team].entity, kTeam, std::string_view(kTeamNames[team]));
-        }
-        context.store_get({}, kBoard);
     }
 
     static Vec3 home(std::uint8_t team) { return {kHomeX[team], 0.5F, 0.0F}; }
@@ -280,7 +277,6 @@ class CaptureTheFlag final : public zone::Rules {
         return {kLeaderboard, zone::Bytes(text.begin(), text.end())};
     }
 
-    bool begun_ = false;
     bool board_read_ = false;
     std::map<EntityId, Player> players_;
     std::array<Flag, kTeams> flags_;

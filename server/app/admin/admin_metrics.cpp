@@ -106,6 +106,18 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Entities and ticks beyond the declared acceleration or velocity jump.",
                number(loop.limit_exceeded));
+    out.family("zoned_rules_total", "counter", "What the rules count, by its name.");
+    for (const auto& [name, value] : loop.rules.counts) {
+        out.sample(value, {{"name", name}});
+    }
+    out.family("zoned_rules_value", "gauge", "Values that the rules tell, by name and zone.");
+    for (const auto& [key, value] : loop.rules.gauges) {
+        out.sample(value, {{"name", key.first}, {"zone", settings.zones[key.second].name}});
+    }
+    out.single("zoned_rules_figures_refused_total",
+               "counter",
+               "Figures of the rules with a name that is none, no number, or one name too many.",
+               number(loop.rules.refused));
     out.single("zoned_fields_clamped_total",
                "counter",
                "Numbers that the rules set beyond the range of a declared field.",

@@ -300,6 +300,10 @@ void TickLoop::count_zone(std::size_t index) {
             total.skip_reason = r.plan.reason[p];
         }
     }
+    s.rules.take(r, index);
+    for (const std::string& line : r.rules_lines) {
+        log_of(LogArea::kWorld).info("rules of zone {}: {}", index + 1, line);
+    }
     s.entities += r.census.entities;
     s.awake_bodies += r.census.awake_bodies;
     s.limit_exceeded += r.replication.limit_exceeded;

@@ -8,6 +8,7 @@
 #include "server/app/runtime/visited_world.h"
 #include "server/app/storage/held_output.h"
 #include "server/app/world/portal_watch.h"
+#include "server/app/world/rules_figures.h"
 #include "server/app/world/tick_log.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
@@ -93,6 +94,7 @@ struct LoopStats {
     std::uint64_t undeliverable = 0;
     std::uint64_t script_errors = 0;
     std::uint64_t limit_exceeded = 0;
+    RulesFigures rules;
     std::uint64_t fields_clamped = 0;
     std::uint64_t fields_refused = 0;
     std::uint64_t out_of_world = 0;

@@ -456,9 +456,30 @@ void World::apply_topics(std::vector<mailbox::OutboxItem>& out) {
     }
 }
 
+void World::deliver_to_zones(const zone::RulesMessage& message) {
+    if (message.zone.value > zones_.size()) {
+        ++undeliverable_;
+        return;
+    }
+    for (std::size_t z = 0; z < zones_.size(); ++z) {
+        if (message.zone && message.zone.value != z + 1) {
+            continue;
+        }
+        if (runs(z)) {
+            zones_[z]->deliver(message);
+        } else {
+            ++undeliverable_;
+        }
+    }
+}
+
 void World::deliver_messages() {
     for (const auto& zone : zones_) {
         for (zone::RulesMessage& message : zone->output().rules_messages) {
+            if (!message.target) {
+                deliver_to_zones(message);
+                continue;
+            }
             const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& z) {
                 return z->owns(message.target);
             });

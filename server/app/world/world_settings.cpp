@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <utility>
 
 namespace zoned::app {
@@ -64,6 +66,17 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settin
                                                           std::move(doors));
 }
 
+std::vector<zone::Trigger> local_triggers(const config::Settings& settings,
+                                          const zone::Region& region) {
+    std::vector<zone::Trigger> local;
+    for (const zone::Trigger& trigger : settings.triggers) {
+        if (reaches(trigger.box, region, static_cast<double>(settings.handoff_hysteresis_m))) {
+            local.push_back({trigger.name, around(trigger.box, region.origin()), trigger.notices});
+        }
+    }
+    return local;
+}
+
 /// The same surfaces as bodies.
 std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
                                               const zone::Region& region) {
@@ -120,6 +133,7 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.outers = settings.outers;
     z.softs = settings.softs;
     z.statics = local_statics(settings, z.region());
+    z.triggers = local_triggers(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
     z.particles = settings.particles;
     z.cosmetic_bursts = settings.cosmetic_bursts;
@@ -166,6 +180,15 @@ void populate(const config::Settings& settings,
         def.yaw = initial.yaw;
         def.asleep = initial.asleep;
         spawned.push_back(zones[home]->spawn(def));
+    }
+    std::map<std::string, EntityId, std::less<>> names;
+    for (std::size_t i = 0; i < spawned.size(); ++i) {
+        if (!settings.initial[i].name.empty()) {
+            names.emplace(settings.initial[i].name, spawned[i]);
+        }
+    }
+    for (const auto& zone : zones) {
+        zone->name_entities(names);
     }
     for (std::size_t j = 0; j < settings.placed_joints.size(); ++j) {
         const config::PlacedJoint& joint = settings.placed_joints[j];

@@ -28,6 +28,7 @@
 #include "server/config/world/statics.h"
 #include "server/config/world/surfaces.h"
 #include "server/config/world/terrain.h"
+#include "server/config/world/trigger_config.h"
 #include "server/config/world/world_description.h"
 #include "proto/config/config.pb.h"
 
@@ -144,6 +145,7 @@ void check_and_expand(Config& config,
     settings.environment = expand_shared_environment(config);
     settings.boxes = expand_statics(config, diagnostics);
     settings.doors = expand_doors(config, diagnostics);
+    settings.triggers = expand_triggers(config, settings.types, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();
     settings.initial.clear();

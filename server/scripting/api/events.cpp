@@ -92,6 +92,59 @@ int message(lua_State* lua) {
     return 0;
 }
 
+/// message_zone(zone, payload): to on_message of that zone's rules, of all for nil; no target.
+int message_zone(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const bool all = lua_isnoneornil(lua, 1);
+    const ZoneId zone(
+        static_cast<std::uint16_t>(all ? 0 : integer_argument(lua, 1, "zone", 1, 0xFFFF)));
+    Interpreter::charge(lua, kEventUnits);
+    context.message_zone(zone, payload_argument(lua, 2));
+    return 0;
+}
+
+/// start_timer(entity or nil, seconds, kind [, payload]): the timer's number; nil where none is
+/// started.
+int start_timer(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId entity = lua_isnoneornil(lua, 1) ? EntityId() : entity_argument(lua, 1);
+    const lua_Number seconds = luaL_checknumber(lua, 2);
+    const auto kind = static_cast<std::uint16_t>(integer_argument(lua, 3, "kind", 0, 0xFFFF));
+    Interpreter::charge(lua, kEventUnits);
+    const zone::TimerId timer =
+        context.start_timer(entity, seconds, kind, payload_argument(lua, 4));
+    if (timer) {
+        lua_pushinteger(lua, static_cast<lua_Integer>(timer.value));
+    } else {
+        lua_pushnil(lua);
+    }
+    return 1;
+}
+
+/// stop_timer(timer)
+int stop_timer(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    Interpreter::charge(lua, kEventUnits);
+    context.stop_timer(zone::TimerId(static_cast<std::uint64_t>(luaL_checkinteger(lua, 1))));
+    return 0;
+}
+
+/// count(name [, amount]): adds to a metric.
+int count(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    Interpreter::charge(lua, kEventUnits);
+    context.count(name_argument(lua, 1, "name"), luaL_optnumber(lua, 2, 1.0));
+    return 0;
+}
+
+/// gauge(name, value): sets a metric.
+int gauge(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    Interpreter::charge(lua, kEventUnits);
+    context.gauge(name_argument(lua, 1, "name"), luaL_checknumber(lua, 2));
+    return 0;
+}
+
 int reset_view(lua_State* lua) {
     changing(lua).reset_view(client_argument(lua, 1));
     return 0;
@@ -140,6 +193,11 @@ void open_events(lua_State* lua) {
                                        {"subscribe", subscribe},
                                        {"unsubscribe", unsubscribe},
                                        {"message", message},
+                                       {"message_zone", message_zone},
+                                       {"start_timer", start_timer},
+                                       {"stop_timer", stop_timer},
+                                       {"count", count},
+                                       {"gauge", gauge},
                                        {"reset_view", reset_view},
                                        {"kick", kick},
                                        {"travel", travel},

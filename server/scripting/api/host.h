@@ -41,7 +41,9 @@ void open_queries(lua_State* lua);
 void open_actions(lua_State* lua);
 /// Joints, motors, forces and seats.
 void open_joints(lua_State* lua);
-/// Events, topics, messages, the log.
+/// What agents do, and commands to them.
+void open_agents(lua_State* lua);
+/// Events, topics, messages, timers, the log and metrics.
 void open_events(lua_State* lua);
 /// The durable store.
 void open_store(lua_State* lua);

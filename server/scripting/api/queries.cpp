@@ -32,6 +32,12 @@ int about_entity(lua_State* lua, Push&& push) {
     return push(reading(lua).entities(), row);
 }
 
+/// entity_named(name): the entity that the config placed under this name; nil where there is none.
+int entity_named(lua_State* lua) {
+    push_entity(lua, reading(lua).entity_named(name_argument(lua, 1, "name")));
+    return 1;
+}
+
 template <world::EntityFlag Flag>
 int has_flag(lua_State* lua) {
     return about_entity(lua, [lua](const world::Entities& entities, world::Row row) {
@@ -194,6 +200,16 @@ int near(lua_State* lua) {
             return reading(lua).types()[context.entities().type[row]].name != type;
         });
     }
+    push_list(lua, found);
+    return 1;
+}
+
+/// inside(trigger): a list of the entities of this zone in it.
+int inside(lua_State* lua) {
+    std::vector<EntityId>& found = Host::of(lua).found;
+    found.clear();
+    Interpreter::charge(lua, kNearUnits);
+    reading(lua).inside(name_argument(lua, 1, "trigger"), found);
     push_list(lua, found);
     return 1;
 }
@@ -373,6 +389,7 @@ void open_queries(lua_State* lua) {
                                        {"ticks", ticks},
                                        {"zone", zone_number},
                                        {"origin", origin},
+                                       {"entity_named", entity_named},
                                        {"is_known", is_known},
                                        {"is_owned", is_owned},
                                        {"is_hidden", has_flag<world::kHidden>},
@@ -389,6 +406,7 @@ void open_queries(lua_State* lua) {
                                        {"field", field},
                                        {"avatars", avatars},
                                        {"near", near},
+                                       {"inside", inside},
                                        {"distance", distance},
                                        {"ray_cast", ray_cast},
                                        {"ray_cast_as_seen", ray_cast_as_seen},

@@ -100,6 +100,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.to = to;
     h.state = read_entity(e, row);
     h.rules = state.rules->take_entity(h.state.id);
+    h.timers = state.timers.take(h.state.id);
     if (state.agents.find(h.state.id) != nullptr) {
         if (!state.settings.ai.difficulty.levels.empty()) {
             wake_agent(state, row);  // it may go on by other brains
@@ -353,6 +354,7 @@ void accept(ZoneState& state, Handoff& handoff) {
         give_ride(state, *handoff.ride);
     }
     state.rules->load_entity(id, handoff.rules);
+    state.timers.give(std::move(handoff.timers));
     state.accepted = true;
     state.grid_valid = false;
 }

@@ -203,6 +203,7 @@ void serialize_zone(Archive& archive, ZoneState& s) {
         }
     });
     archive.section("rules", [&] {
+        archive(s.rules_started, s.timers, s.entity_names, s.triggers.inside);
         if constexpr (Archive::kReads) {
             load_rules(s, archive);
         } else {
@@ -253,6 +254,9 @@ std::string unsound(const ZoneState& s) {
         if (body && !s.scene.contains(body)) {
             return "doors: one has a body that there is not";
         }
+    }
+    if (!s.triggers.inside.empty() && s.triggers.inside.size() != s.settings.triggers.size()) {
+        return "triggers: more or fewer than there are";
     }
     const bool ascend = std::is_sorted(
         s.clients.begin(), s.clients.end(), [](const ZoneClient& a, const ZoneClient& b) {

@@ -1,6 +1,6 @@
 // Two props that collide on a border between zones, against the same collision within one zone.
 #include "server/app/world/world.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,6 +1,6 @@
 // Contacts that rules hear of: beginnings always, lasting ones and ends where they ask for them.
 #include "server/app/world/world.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,7 +1,7 @@
 // Doors in a zone: solid while they are shut, for characters, bodies and rays of any time.
 #include "server/app/world/world.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/viewers/lag_compensation.h"
-#include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

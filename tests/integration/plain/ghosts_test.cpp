@@ -2,7 +2,7 @@
 // at.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"

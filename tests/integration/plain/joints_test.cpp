@@ -3,7 +3,7 @@
 #include "server/config/expand/load_settings.h"
 #include "server/scripting/script_rules.h"
 #include "server/zone/assemblies/entity_joints.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/machine_text.h"
 

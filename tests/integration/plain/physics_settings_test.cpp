@@ -1,7 +1,7 @@
 // Every physics setting that a config can name, in a zone that runs.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "proto/config/physics.pb.h"
 #include "shared/core/rng.h"

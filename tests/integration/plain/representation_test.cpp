@@ -2,7 +2,7 @@
 #include "server/zone/simulation/representation.h"
 
 #include "server/app/world/world.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

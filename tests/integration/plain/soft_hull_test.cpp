@@ -4,9 +4,9 @@
 #include "server/app/world/world.h"
 #include "server/physics/soft/builders/builders.h"
 #include "server/physics/soft/builders/mesh_builder.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/representation.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -66,6 +66,8 @@ TEST_F(Admin, SpeaksPrometheus) {
                                "\nzoned_ticks_total ",
                                "\nzoned_tick_seconds{quantile=\"0.99\"} ",
                                "\nzoned_zone_entities{zone=\"",
+                               "\n# TYPE zoned_rules_total counter\n",
+                               "\n# TYPE zoned_rules_value gauge\n",
                                "\nzoned_pass_seconds_total{pass=\"physics\"} ",
                                "\nzoned_datagram_bytes_total{direction=\"out\"} "}) {
         EXPECT_NE(text.find(sample), std::string::npos) << sample << text;

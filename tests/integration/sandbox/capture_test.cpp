@@ -4,8 +4,8 @@
 
 #include "server/app/world/world.h"
 #include "server/interest/interest_rule.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/viewers/visibility_filter.h"
-#include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"
 
 #include <map>

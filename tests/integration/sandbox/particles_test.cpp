@@ -4,7 +4,7 @@
 #include "server/compute/device.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/world/world_description.h"
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 #include "tests/harness/game_test.h"
 #include "tests/harness/received.h"
 

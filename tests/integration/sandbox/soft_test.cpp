@@ -1,8 +1,8 @@
 // Soft bodies in worlds: as clients see them, on several thread counts, over borders, and at rest.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"
 
 #include <algorithm>

@@ -50,6 +50,7 @@ inline world::TypeTable test_types() {
     types[kGuard] = types[kPlayer];
     types[kGuard].name = "guard";
     types[kGuard].brain = 1;
+    types[kBall].fields = test_fields();
     types[kBall].name = "ball";
     types[kBall].shape = world::TypeShape::kSphere;
     types[kBall].radius = 0.2F;
@@ -147,6 +148,18 @@ class FakeContext : public zone::RulesContext {
     }
 
     void pass_tick() { ++now_; }
+
+    /// Those that are due, which are gone with it, in the order in which they were started.
+    std::vector<zone::DueTimer> take_due() {
+        std::vector<zone::DueTimer> due;
+        std::erase_if(timers, [&](const std::pair<Tick, zone::DueTimer>& timer) {
+            if (timer.first <= now_) {
+                due.push_back(timer.second);
+            }
+            return timer.first <= now_;
+        });
+        return due;
+    }
 
     /// Chains what rules may change of the entities.
     void hash_columns(core::StateHash& hash) const {
@@ -416,6 +429,76 @@ class FakeContext : public zone::RulesContext {
         return ask(mailbox::StoreAct::kPut, target, key, std::move(value));
     }
 
+    void message_zone(ZoneId zone, zone::Bytes payload) override {
+        zone_mail.emplace_back(zone, std::move(payload));
+    }
+
+    void log(std::string_view line) override { lines.emplace_back(line); }
+
+    void count(std::string_view name, double amount) override {
+        figures[std::string(name)] += amount;
+    }
+
+    void gauge(std::string_view name, double value) override { figures[std::string(name)] = value; }
+
+    [[nodiscard]] EntityId entity_named(std::string_view name) const override {
+        const auto at = names.find(std::string(name));
+        return at != names.end() ? at->second : EntityId();
+    }
+
+    zone::TimerId start_timer(EntityId entity,
+                              double seconds,
+                              std::uint16_t kind,
+                              zone::Bytes payload) override {
+        if (!(seconds >= 0.0)) {
+            return {};
+        }
+        const zone::TimerId id(++started_timers_);
+        const double ticks = std::max(1.0, std::round(seconds / static_cast<double>(kDt)));
+        timers.push_back({now_ + static_cast<Tick>(ticks), {id, entity, kind, std::move(payload)}});
+        return id;
+    }
+
+    void inside(std::string_view trigger, std::vector<EntityId>& out) const override {
+        const auto at = held.find(std::string(trigger));
+        if (at != held.end()) {
+            out = at->second;
+        }
+    }
+
+    void stop_timer(zone::TimerId timer) override {
+        std::erase_if(timers, [&](const auto& started) { return started.second.id == timer; });
+    }
+
+    /// Agents have one variable, `fear`, and live by the brain `guard`.
+    [[nodiscard]] std::optional<zone::AgentReading> agent(EntityId entity) const override {
+        const auto at = homes.find(entity);
+        return at != homes.end() ? std::optional<zone::AgentReading>(
+                                       {"guard", "watch", "stand", at->second, EntityId()})
+                                 : std::nullopt;
+    }
+
+    [[nodiscard]] std::optional<double> agent_variable(EntityId entity,
+                                                       std::string_view name) const override {
+        return homes.contains(entity) && name == "fear" ? std::optional<double>(fear)
+                                                        : std::nullopt;
+    }
+
+    bool set_agent_variable(EntityId entity, std::string_view name, double value) override {
+        const bool known = agent_variable(entity, name).has_value();
+        fear = known ? value : fear;
+        return known;
+    }
+
+    bool set_agent_home(EntityId entity, const Vec3& home) override {
+        const auto at = homes.find(entity);
+        if (at == homes.end()) {
+            return false;
+        }
+        at->second = home;
+        return true;
+    }
+
     void reset_view(ClientId client) override { resets.push_back(client); }
 
     void note_outcome(bool player_succeeded) override { outcomes.push_back(player_succeeded); }
@@ -476,8 +559,17 @@ class FakeContext : public zone::RulesContext {
     zone::SeenHit as_seen;                         ///< but for the hit
     mutable std::vector<zone::SeenEntity> claims;  ///< of the last ray_cast_as_seen
     std::vector<AddedJoint> joints;
+    std::vector<std::pair<Tick, zone::DueTimer>> timers;
+    std::vector<std::pair<ZoneId, zone::Bytes>> zone_mail;
+    std::vector<std::string> lines;         ///< of the log
+    std::map<std::string, double> figures;  ///< of the metrics
+    std::map<std::string, EntityId> names;
+    std::map<std::string, std::vector<EntityId>> held;  ///< by triggers
+    std::map<EntityId, Vec3> homes;                     ///< of agents
+    double fear = 0.0;                                  ///< of all of them
 
   private:
+    std::uint64_t started_timers_ = 0;
     std::uint16_t zone_;
     Vec3d origin_;
     std::uint32_t next_id_;

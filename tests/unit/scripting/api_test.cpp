@@ -43,7 +43,7 @@ TEST(ScriptApi, SetsAndReadsDeclaredFields) {
         print(set_field(p, 'health', -5), field(p, 'health'), set_field(p, 'health', 'much'),
               set_field(p, 'mood', 'bored'), set_field(p, 'title', ('x'):rep(32)),
               field(p, 'title'))
-        local b = spawn('ball', 0, 0, 0)
+        local b = spawn('crate', 0, 0, 0)
         print(field(b, 'health'), set_field(b, 'health', 1), field(12345, 'health'))
     end)");
     zone.tick();
@@ -163,6 +163,69 @@ TEST(ScriptApi, SendsEvents) {
     EXPECT_EQ(zone.outcomes, std::vector<bool>{true});
     zone.rules->on_confirm(zone, ClientId(9), EventId(77));
     EXPECT_EQ(zone.printed(), "9 77");
+}
+
+TEST(ScriptApi, StartsTimersAndStopsThem) {
+    ScriptZone zone(R"(function on_start()
+        state.late = start_timer(nil, 5, 9)
+        print(start_timer(nil, 0.1, 7, 'bytes'), start_timer(nil, -1, 7))
+        print(pcall(start_timer, nil, 1, 70000))
+    end
+    function on_timer(timer, entity, kind, payload)
+        print(timer, entity, kind, payload)
+        stop_timer(state.late)
+    end)");
+    EXPECT_TRUE(zone.printed().starts_with("2 nil|false ")) << zone.printed();
+    zone.clear();
+    zone.tick(3);
+    EXPECT_EQ(zone.printed(), "");
+    zone.tick(300);
+    EXPECT_EQ(zone.printed(), "2 nil 7 bytes");
+    EXPECT_EQ(zone.errors(), "");
+}
+
+TEST(ScriptApi, CommandsAgents) {
+    ScriptZone zone(R"(function on_tick()
+        local guard, ball = entity_named('the guard'), entity_named('nobody')
+        print(guard, ball, agent_variable(guard, 'fear'), agent_variable(guard, 'x'), agent(99))
+        print(set_agent_variable(guard, 'fear', 0.5), set_agent_variable(guard, 'x', 1))
+        print(set_agent_home(guard, 1, 2, 3), set_agent_home(99, 1, 2, 3))
+        local a = agent(guard)
+        print(a.brain, a.state, a.action, a.target, a.x, a.y, a.z, agent_variable(guard, 'fear'))
+    end)");
+    const EntityId guard = zone.put(kPlayer, Vec3::Zero());
+    zone.names["the guard"] = guard;
+    zone.homes[guard] = Vec3::Zero();
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "1 nil 0.0 nil nil|true false|true false|guard watch stand nil 1.0 2.0 3.0 0.5");
+}
+
+TEST(ScriptApi, HearsOfTriggersAndAsksThem) {
+    ScriptZone zone(R"(function on_trigger(trigger, entity, entered)
+        print(trigger, entity, entered, #inside(trigger), #inside('none'))
+    end)");
+    zone.held["goal"] = {EntityId(5), EntityId(6)};
+    zone.rules->on_trigger(zone, {"goal", EntityId(5), true});
+    zone.rules->on_trigger(zone, {"gone", EntityId(6), false});
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(), "goal 5 true 2 0|gone 6 false 0 0");
+}
+
+TEST(ScriptApi, TellsZonesAndOperators) {
+    ScriptZone zone(R"(function on_tick()
+        message_zone(2, 'two') message_zone(nil, 'all')
+        count('captures') count('captures', 2) gauge('alive', 3.5)
+    end)");
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    ASSERT_EQ(zone.zone_mail.size(), 2u);
+    EXPECT_EQ(zone.zone_mail[0].first, ZoneId(2));
+    EXPECT_EQ(zone.zone_mail[1].first, ZoneId());
+    EXPECT_EQ(zone.zone_mail[1].second, (zone::Bytes{'a', 'l', 'l'}));
+    EXPECT_EQ(zone.figures.at("captures"), 3.0);
+    EXPECT_EQ(zone.figures.at("alive"), 3.5);
 }
 
 TEST(ScriptApi, AsksTheStore) {

@@ -28,12 +28,13 @@ class ScriptZone final : public FakeContext {
         settings.name = "game.lua";
         settings.source = source;
         start();
+        rules->on_start(*this);
     }
 
     /// Rules anew, which know nothing.
     void start() {
         rules = std::make_unique<ScriptRules>(
-            settings, zone::RulesSettings{{"greeting", "hello"}}, types(), log());
+            settings, zone::RulesSettings{{"greeting", "hello"}}, types(), script_log());
     }
 
     /// A fresh interpreter and the state so far.
@@ -46,6 +47,9 @@ class ScriptZone final : public FakeContext {
 
     void tick(int count = 1) {
         for (int i = 0; i < count; ++i) {
+            for (const zone::DueTimer& timer : take_due()) {
+                rules->on_timer(*this, timer);
+            }
             rules->on_tick(*this);
             pass_tick();
         }
@@ -95,7 +99,7 @@ class ScriptZone final : public FakeContext {
     std::unique_ptr<ScriptRules> rules;
 
   private:
-    ScriptLog log() {
+    ScriptLog script_log() {
         return [this](ScriptLine kind, const std::string& line) {
             (kind == ScriptLine::kError ? errors_ : printed_).push_back(line);
         };

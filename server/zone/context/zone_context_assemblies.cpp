@@ -3,8 +3,8 @@
 #include "server/zone/assemblies/entity_joints.h"
 #include "server/zone/assemblies/motors.h"
 #include "server/zone/assemblies/riding.h"
+#include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/approaching_props.h"
-#include "server/zone/zone_context.h"
 
 #include <algorithm>
 
@@ -48,7 +48,8 @@ EntityJointId ZoneContext::joint_named(EntityId root, std::string_view name) con
 EntityJointId ZoneContext::add_joint(EntityId a, EntityId b, const JointPlan& plan) {
     const world::Row row_a = owned(a);
     const world::Row row_b = owned(b);
-    if (row_b == world::kNoRow || (a && row_a == world::kNoRow)) {
+    if (row_b == world::kNoRow || (a && row_a == world::kNoRow) ||
+        state_->assemblies.joints.size() >= kMostJoints) {
         return {};
     }
     const auto made = join(*state_,

@@ -25,6 +25,7 @@ class ZoneContext final : public RulesContext {
 
     [[nodiscard]] core::Rng& rng() override { return state_->rng; }
 
+    [[nodiscard]] EntityId entity_named(std::string_view name) const override;
     EntityId spawn(const SpawnDef& def) override;
     void despawn(EntityId entity) override;
     void teleport(EntityId entity, const Vec3& position) override;
@@ -82,9 +83,24 @@ class ZoneContext final : public RulesContext {
     EventId announce(EntityId source, const RulesEvent& event) override;
     void subscribe(ClientId client, std::string_view topic) override;
     void unsubscribe(ClientId client, std::string_view topic) override;
+    void inside(std::string_view trigger, std::vector<EntityId>& out) const override;
     void message(EntityId target, Bytes payload) override;
+    void message_zone(ZoneId zone, Bytes payload) override;
+    void log(std::string_view line) override;
+    void count(std::string_view name, double amount) override;
+    void gauge(std::string_view name, double value) override;
+    TimerId start_timer(EntityId entity,
+                        double seconds,
+                        std::uint16_t kind,
+                        Bytes payload) override;
+    void stop_timer(TimerId timer) override;
     void reset_view(ClientId client) override;
     void note_outcome(bool player_succeeded) override;
+    [[nodiscard]] std::optional<AgentReading> agent(EntityId entity) const override;
+    [[nodiscard]] std::optional<double> agent_variable(EntityId entity,
+                                                       std::string_view name) const override;
+    bool set_agent_variable(EntityId entity, std::string_view name, double value) override;
+    bool set_agent_home(EntityId entity, const Vec3& home) override;
     void kick(ClientId client, std::string_view reason) override;
     bool travel(ClientId client, std::string_view world, std::string_view arrival) override;
     std::uint64_t store_get(EntityId target, const mailbox::StoreKey& key) override;
@@ -96,6 +112,8 @@ class ZoneContext final : public RulesContext {
   private:
     /// Row of an entity that this zone owns, or kNoRow.
     [[nodiscard]] world::Row owned(EntityId entity) const;
+    /// The agent of an owned entity, awake and about to decide; null: it has none.
+    ai::Agent* commanded(EntityId entity);
     PendingEvent& queue_event(const RulesEvent& event, Audience audience);
     std::uint64_t ask_store(mailbox::StoreAct act,
                             EntityId target,

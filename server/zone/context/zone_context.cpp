@@ -1,4 +1,4 @@
-#include "server/zone/zone_context.h"
+#include "server/zone/context/zone_context.h"
 
 #include "server/zone/assemblies/assembly_spawning.h"
 #include "server/zone/assemblies/entity_joints.h"
@@ -22,6 +22,11 @@ namespace zoned::zone {
 world::Row ZoneContext::owned(EntityId entity) const {
     const world::Row row = state_->entities.find(entity);
     return row != world::kNoRow && !state_->entities.has(row, world::kGhost) ? row : world::kNoRow;
+}
+
+EntityId ZoneContext::entity_named(std::string_view name) const {
+    const auto at = state_->entity_names.find(name);
+    return at != state_->entity_names.end() ? at->second : EntityId();
 }
 
 TypeIndex ZoneContext::type_named(std::string_view name) const {
@@ -320,8 +325,57 @@ void ZoneContext::unsubscribe(ClientId client, std::string_view topic) {
     state_->out.topics.push_back({client, std::string(topic), false});
 }
 
+void ZoneContext::inside(std::string_view trigger, std::vector<EntityId>& out) const {
+    for (std::size_t i = 0; i < state_->triggers.inside.size(); ++i) {
+        if (state_->settings.triggers[i].name == trigger) {
+            const std::vector<EntityId>& there = state_->triggers.inside[i];
+            out.insert(out.end(), there.begin(), there.end());
+        }
+    }
+}
+
 void ZoneContext::message(EntityId target, Bytes payload) {
-    state_->out.rules_messages.push_back({target, std::move(payload)});
+    state_->out.rules_messages.push_back({target, std::move(payload), ZoneId()});
+}
+
+void ZoneContext::message_zone(ZoneId zone, Bytes payload) {
+    state_->out.rules_messages.push_back({EntityId(), std::move(payload), zone});
+}
+
+void ZoneContext::log(std::string_view line) {
+    std::vector<std::string>& lines = state_->report.rules_lines;
+    if (lines.size() < kMostLogLines) {
+        lines.emplace_back(line.substr(0, kMostLogBytes));
+    }
+}
+
+void ZoneContext::count(std::string_view name, double amount) {
+    state_->report.rules_figures.push_back({std::string(name), amount, true});
+}
+
+void ZoneContext::gauge(std::string_view name, double value) {
+    state_->report.rules_figures.push_back({std::string(name), value, false});
+}
+
+TimerId ZoneContext::start_timer(EntityId entity,
+                                 double seconds,
+                                 std::uint16_t kind,
+                                 Bytes payload) {
+    constexpr double kLongest_ticks = 1e15;  // farther than any world lives
+    const double ticks = std::max(1.0, std::round(seconds / static_cast<double>(dt())));
+    if (!(seconds >= 0.0 && ticks <= kLongest_ticks) ||
+        (entity && owned(entity) == world::kNoRow)) {
+        return {};
+    }
+    return state_->timers.start(state_->settings.id,
+                                state_->now + static_cast<Tick>(ticks),
+                                entity,
+                                kind,
+                                std::move(payload));
+}
+
+void ZoneContext::stop_timer(TimerId timer) {
+    state_->timers.stop(timer);
 }
 
 void ZoneContext::reset_view(ClientId client) {
