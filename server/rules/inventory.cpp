@@ -1,5 +1,6 @@
 #include "server/rules/inventory.h"
 
+#include "server/rules/keeping/item_fields.h"
 #include "server/rules/keeping/kept_character.h"
 
 #include <array>
@@ -26,7 +27,8 @@ bool has_room(const Game& game, const CharacterRecord& record) {
 Item item_of(const RulesContext& context, world::Row row) {
     return {context.entities().id[row],
             context.entities().type[row],
-            context.entities().appearance[row]};
+            context.entities().appearance[row],
+            item_fields(context, context.entities().id[row])};
 }
 
 void store(Game& game,
@@ -147,6 +149,7 @@ void throw_item(Game& game, RulesContext& context, const Actor& actor, Payload p
     def.velocity = *along * game.settings.throw_mps;
     def.appearance = item.appearance;
     const EntityId thrown = context.spawn(def);
+    give_fields(context, thrown, item.held);
     game.props[thrown] =
         PropRecord{actor.avatar, context.now() + ticks(context, kThrownS), EntityId(), 0};
     update_pending(game, thrown);
@@ -180,7 +183,7 @@ void drop_inventory(RulesContext& context, world::Row avatar, CharacterRecord& r
         def.type = item.type;
         def.position = blocked ? centre : Vec3(centre + outwards * distance);
         def.appearance = item.appearance;
-        context.spawn(def);
+        give_fields(context, context.spawn(def), item.held);
     }
     record.inventory.clear();
 }

@@ -2,6 +2,7 @@
 // loading and hashing.
 #pragma once
 
+#include "server/rules/keeping/item_fields.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 
@@ -17,12 +18,14 @@ struct Item {
     EntityId id;
     TypeIndex type = 0;
     std::uint16_t appearance = 0;
+    ItemFields held;
 
     template <class Archive, class Self>
     static void fields(Archive& archive, Self& self) {
         archive(self.id);
         archive(self.type);
         archive(self.appearance);
+        archive(self.held);
     }
 };
 
@@ -30,11 +33,13 @@ struct Item {
 struct StrangeItem {
     std::string type;
     std::uint16_t appearance = 0;
+    ItemFields held;
 
     template <class Archive, class Self>
     static void fields(Archive& archive, Self& self) {
         archive(self.type);
         archive(self.appearance);
+        archive(self.held);
     }
 };
 

@@ -34,6 +34,22 @@ std::optional<TypeIndex> item_type(const RulesContext& context, const std::strin
     return std::nullopt;
 }
 
+ItemFields read_fields(const sandbox::KeptItem& item) {
+    ItemFields held;
+    for (const sandbox::KeptField& field : item.fields()) {
+        held.push_back({field.name(), field.value()});
+    }
+    return held;
+}
+
+void write_fields(const ItemFields& held, sandbox::KeptItem& item) {
+    for (const ItemField& field : held) {
+        sandbox::KeptField& to = *item.add_fields();
+        to.set_name(field.name);
+        to.set_value(field.value);
+    }
+}
+
 /// An item is named by the id of the entity that it was. After a restart the old ids are those of
 /// others: each item is an entity for a moment, and gets an id that nothing else has.
 void restore_items(RulesContext& context,
@@ -48,7 +64,7 @@ void restore_items(RulesContext& context,
         }
         if (!type) {
             record.strange_items.push_back(
-                {from.type(), static_cast<std::uint16_t>(from.appearance())});
+                {from.type(), static_cast<std::uint16_t>(from.appearance()), read_fields(from)});
             continue;
         }
         zone::SpawnDef def;
@@ -57,7 +73,7 @@ void restore_items(RulesContext& context,
         def.appearance = static_cast<std::uint16_t>(from.appearance());
         const EntityId id = context.spawn(def);
         context.despawn(id);
-        record.inventory.push_back({id, *type, def.appearance});
+        record.inventory.push_back({id, *type, def.appearance, read_fields(from)});
     }
 }
 
@@ -115,11 +131,13 @@ void keep(RulesContext& context, EntityId avatar, CharacterRecord& record) {
         sandbox::KeptItem& to = *kept.add_items();
         to.set_type(context.types()[item.type].name);
         to.set_appearance(item.appearance);
+        write_fields(item.held, to);
     }
     for (const StrangeItem& item : record.strange_items) {
         sandbox::KeptItem& to = *kept.add_items();
         to.set_type(item.type);
         to.set_appearance(item.appearance);
+        write_fields(item.held, to);
     }
     zone::Bytes bytes(kept.ByteSizeLong());
     kept.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));

@@ -87,6 +87,37 @@ TEST_F(Hands, ThrowAtTwelveMetresPerSecond) {
     EXPECT_FLOAT_EQ(zone.entities().position[row].y(), 0.7F);
 }
 
+TEST_F(Hands, KeepWhatTheFieldsOfAThingHold) {
+    const EntityId ball = zone.put(kBall, Vec3(1.0F, 0.0F, 0.0F));
+    const auto set = [&](std::string_view name, const wire::FieldValue& value) {
+        EXPECT_EQ(zone.set_field(ball, wire::field_id(name), value), wire::FieldOutcome::kDone);
+    };
+    set("kills", 17.0);
+    set("mood", std::string_view("angry"));
+    set("ready", true);
+    set("title", std::string_view("of Ann"));
+    const auto expect_all = [&](EntityId thing) {
+        const auto value = [&](std::string_view name) {
+            return *zone.field(thing, wire::field_id(name));
+        };
+        EXPECT_EQ(std::get<double>(value("kills")), 17.0);
+        EXPECT_EQ(std::get<double>(value("health")), 100.0);
+        EXPECT_EQ(std::get<std::string_view>(value("mood")), "angry");
+        EXPECT_TRUE(std::get<bool>(value("ready")));
+        EXPECT_EQ(std::get<std::string_view>(value("title")), "of Ann");
+    };
+    pick_up(ball);
+    ASSERT_EQ(zone.game.find(player)->inventory.size(), 1u);
+    EXPECT_EQ(zone.game.find(player)->inventory[0].held.size(), 4u) << "health is as it begins";
+    zone.command(1, player, sandbox::COMMAND_THROW, toss(ball.value, 0.0F, 0.0F, 5.0F));
+    expect_all(newest());
+    // Dropped, because its carrier leaves.
+    zone.position(newest()) = Vec3(1.0F, 0.0F, 0.0F);
+    pick_up(newest());
+    zone.game.on_leave(zone, ClientId(1), player);
+    expect_all(newest());
+}
+
 TEST_F(Hands, ThrowDownwardsPastTheirOwnBody) {
     const EntityId ball = zone.put(kBall, Vec3(1.0F, 0.0F, 0.0F));
     pick_up(ball);

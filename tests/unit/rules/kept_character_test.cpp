@@ -29,6 +29,7 @@ struct Kept : ::testing::Test {
 
     static EntityId take_ball(FakeZone& zone, EntityId player) {
         const EntityId ball = zone.put(kBall, Vec3(1.0F, 0.0F, 0.0F));
+        zone.set_field(ball, wire::field_id("title"), std::string_view("of Ann"));
         sandbox::PickUp pick;
         pick.set_entity(ball.value);
         zone.command(1, player, sandbox::COMMAND_PICK_UP, pick);
@@ -75,7 +76,9 @@ TEST_F(Kept, WhatWasKeptComesBackInAnotherWorldUnderIdsOfItsOwn) {
     toss.set_item(items[0]);
     toss.set_dx(1.0F);
     next.command(1, again, sandbox::COMMAND_THROW, toss);
-    EXPECT_EQ(next.entities().type[next.entities().find(next.entities().id.back())], kBall);
+    const EntityId thrown = next.entities().id.back();
+    EXPECT_EQ(next.entities().type[next.entities().find(thrown)], kBall);
+    EXPECT_EQ(std::get<std::string_view>(*next.field(thrown, wire::field_id("title"))), "of Ann");
     EXPECT_EQ(kept(next.asked.back()).items_size(), 0);
 }
 

@@ -207,7 +207,7 @@ TEST(State, HashSeesEveryField) {
     changed[13].chat_due = 1;
     changed[14].denial_due = 1;
     changed[15].moved_at = 1;
-    changed[16].inventory = {{EntityId(3), 2, 1}};
+    changed[16].inventory = {{EntityId(3), 2, 1, {}}};
     changed[17].shots.resize(1);
     changed[18].deaths = 1;
     changed[19].kills = 1;
@@ -225,19 +225,20 @@ TEST(State, HashSeesEveryField) {
     changed[31].account = "a";
     changed[32].keeping = Keeping::kKept;
     changed[33].keep_due = true;
-    changed[34].strange_items = {{"a", 1}};
+    changed[34].strange_items = {{"a", 1, {{"charge", "0.5"}}}};
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash_of(changed[i]), hash_of(base)) << i;
     }
 }
 
 TEST(PeerMessages, RoundTripAndRefuseAllElse) {
-    const std::vector<PeerMessage> messages = {Hurt{EntityId(70000), 20},
-                                               Knock{Vec3(1.0F, -2.0F, 3.0F)},
-                                               PickRequest{EntityId(9)},
-                                               PickGrant{{EntityId(9), 3, 65535}},
-                                               PickRefusal{EntityId(9)},
-                                               PickDone{1}};
+    const std::vector<PeerMessage> messages = {
+        Hurt{EntityId(70000), 20},
+        Knock{Vec3(1.0F, -2.0F, 3.0F)},
+        PickRequest{EntityId(9)},
+        PickGrant{{EntityId(9), 3, 65535, {{"label", "of Ann"}}}},
+        PickRefusal{EntityId(9)},
+        PickDone{1}};
     for (const PeerMessage& message : messages) {
         const zone::Bytes bytes = encode(message);
         const std::optional<PeerMessage> back = decode(bytes);
