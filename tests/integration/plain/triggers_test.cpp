@@ -4,8 +4,13 @@
 #include "tests/integration/plain/plain_log.h"
 #include "shared/core/rng.h"
 
+#include <gmock/gmock.h>
+
 #include <memory>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace zoned::app {
 namespace {
@@ -97,7 +102,6 @@ TEST_F(Triggers, TellOfWhatIsPutThereTakenAwayHiddenAndGone) {
     context().show(named("a"), Vec3(70.0F, 0.2F, 0.0F), Vec3::Zero());
     ticks(1);
     EXPECT_THAT(heard(), ElementsAre("1 +goal a"));
-    const std::string id = std::to_string(named("a").value);
     context().despawn(named("a"));
     ticks(1);
     EXPECT_THAT(heard(), ElementsAre("1 -goal a"));
