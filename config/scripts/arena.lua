@@ -187,6 +187,10 @@ function on_command(client, avatar, kind, payload)
   end
 end
 
+function on_trigger(trigger, entity, entered)   -- the well is the only one
+  if entered then set_field(entity, "health", FULL_HEALTH) end
+end
+
 function on_message(target, payload)
   if is_owned(target) and is_target(target) and #payload == 8 then
     local by, damage = string.unpack("<I4I4", payload)

@@ -77,6 +77,15 @@ TEST_F(Arena, KillsAndBringsBack) {
     EXPECT_TRUE(zone.timers.empty());
 }
 
+TEST_F(Arena, HealsWhoeverComesToTheWell) {
+    shoot(2);
+    EXPECT_EQ(number(second, "health"), 50.0);
+    zone.rules->on_trigger(zone, {"well", second, false});
+    EXPECT_EQ(number(second, "health"), 50.0);
+    zone.rules->on_trigger(zone, {"well", second, true});
+    EXPECT_EQ(number(second, "health"), 100.0);
+}
+
 TEST_F(Arena, LimitsTheRateOfShots) {
     sandbox::Shoot shot;
     shot.set_dx(1.0F);
