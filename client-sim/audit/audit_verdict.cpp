@@ -116,7 +116,7 @@ void SessionFaults::add(const view::Player& player) {
     malformed += client.datagrams().malformed + client.stats().malformed_frames;
     if (player.view() != nullptr) {
         const view::ViewStats& stats = player.view()->stats();
-        malformed +=
+        malformed_records +=
             stats.malformed_records + stats.undecoded_packets + stats.environment_malformed;
         for (std::size_t fault = 0; fault < wire::kDeclaredFaults; ++fault) {
             refused_fields[fault] += stats.refused_fields[fault];
@@ -158,9 +158,9 @@ void judge(const SessionFaults& faults, AuditVerdict& v) {
         v.reasons.push_back("sessions: " + std::to_string(faults.sessions_lost) +
                             " could not be resumed");
     }
-    if (faults.malformed > 0) {
-        v.reasons.push_back("wire: " + std::to_string(faults.malformed) +
-                            " malformed packets or records");
+    if (const std::uint64_t malformed = faults.malformed + faults.malformed_records;
+        malformed > 0) {
+        v.reasons.push_back("wire: " + std::to_string(malformed) + " malformed packets or records");
         for (std::size_t fault = 1; fault < wire::kDeclaredFaults; ++fault) {
             if (faults.refused_fields[fault] > 0) {
                 v.reasons.back() += ", " + std::to_string(faults.refused_fields[fault]) + " for " +

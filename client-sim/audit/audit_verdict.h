@@ -12,14 +12,15 @@
 
 namespace zoned::audit {
 
-/// What clients noticed of their sessions, and count against the server.
+/// Faults of the server that clients noticed in their sessions.
 struct SessionFaults {
-    std::uint64_t events_lost = 0;
+    std::uint64_t events_lost = 0;  ///< numbers passed over
     std::uint64_t events_duplicated = 0;
     std::uint64_t events_out_of_order = 0;
     std::uint64_t server_silences = 0;
     std::uint64_t sessions_lost = 0;
-    std::uint64_t malformed = 0;  ///< packets, frames and records
+    std::uint64_t malformed = 0;  ///< packets and frames
+    std::uint64_t malformed_records = 0;
     std::array<std::uint64_t, wire::kDeclaredFaults> refused_fields{};  ///< why, of declared fields
 
     void add(const view::Player& player);

@@ -288,11 +288,9 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     } else if (bot.bad_worlds() > 0) {
         ++r.troubles["the server's world description makes no sense"];
     }
+    r.SessionFaults::add(bot.player());
     r.events_sent += client.events().numbered();
     r.events_delivered += client.events().delivered();
-    r.events_lost += client.events().lost();
-    r.events_duplicated += client.events().duplicated();
-    r.events_out_of_order += client.events().out_of_order();
     r.decisions_diverged += bot.ledger().diverged();
     r.commands_sent += client.stats().commands_sent;
     r.commands_resent += client.stats().commands_resent;
@@ -301,14 +299,11 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     r.recovered += client.stats().recovered;
     r.input_ticks += bot.inputs().ticks;
     r.input_ticks_missing += bot.inputs().missing;
-    r.sessions_lost += client.stats().sessions_lost;
     r.tunnelled_bots += client.stats().tunnelled ? 1 : 0;
     r.packets_received += bot.arrivals().received();
     r.packets_lost += bot.arrivals().missing();
     r.replayed += client.datagrams().replayed;
     r.unauthenticated += client.datagrams().unauthenticated;
-    r.malformed += client.datagrams().malformed + client.stats().malformed_frames;
-    r.server_silences += client.datagrams().server_silences;
     r.clock_set_backs += bot.set_backs();
     r.silent_bots += mine.silent ? 1 : 0;
     if (bot.view() != nullptr) {
@@ -321,13 +316,8 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
         }
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
-        r.malformed_records += v.malformed_records + v.undecoded_packets;
-        for (std::size_t fault = 0; fault < wire::kDeclaredFaults; ++fault) {
-            r.refused_fields[fault] += v.refused_fields[fault];
-        }
         r.environment_updates += v.environment_updates;
         r.environment_corrected += v.environment_corrected;
-        r.malformed_records += v.environment_malformed;
         r.bursts += v.bursts;
         r.bursts_malformed += v.bursts_malformed;
         r.bursts_refused += v.bursts_refused;

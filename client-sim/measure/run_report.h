@@ -1,7 +1,7 @@
 // RunReport: all measurements of a run of bots, with its verdict, as JSON and as a table.
 #pragma once
 
-#include "client-sim/audit/tally.h"
+#include "client-sim/audit/audit_verdict.h"
 #include "client-sim/measure/latency.h"
 #include "client-sim/measure/loop_meter.h"
 #include "shared/core/histogram.h"
@@ -15,7 +15,7 @@
 
 namespace zoned::measure {
 
-struct RunReport {
+struct RunReport : audit::SessionFaults {
     std::string script;
     std::string convergence;
     std::string view;       ///< extrapolate or interpolate
@@ -38,12 +38,9 @@ struct RunReport {
 
     std::uint64_t events_sent = 0;  ///< numbered by the server for these clients
     std::uint64_t events_delivered = 0;
-    std::uint64_t events_lost = 0;     ///< numbers passed over
     std::uint64_t events_unheard = 0;  ///< events to everybody that some client did not receive
-    std::uint64_t events_duplicated = 0;
     std::uint64_t decisions_diverged =
         0;  ///< clients whose ledger differs from the server's decisions
-    std::uint64_t events_out_of_order = 0;
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
     core::Histogram event_spread_ms;
@@ -64,27 +61,21 @@ struct RunReport {
     std::uint64_t packets_received = 0;
     std::uint64_t replayed = 0;
     std::uint64_t unauthenticated = 0;
-    std::uint64_t malformed = 0;
-    std::uint64_t server_silences = 0;
     std::uint64_t clock_set_backs = 0;  ///< times that a server dropped ticks, by all clients
     std::uint64_t silent_bots = 0;      ///< received nothing in the last seconds of the run
     std::uint64_t tunnelled_bots = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;
-    std::uint64_t recovered = 0;  ///< of these: by a server that had crashed in between
-    std::uint64_t sessions_lost = 0;
+    std::uint64_t recovered = 0;         ///< of these: by a server that had crashed in between
     std::uint64_t travels = 0;           ///< to another world of a cluster
     std::uint64_t travels_prepared = 0;  ///< of these: the stream to its server was open already
     std::uint64_t redirects = 0;         ///< logins that another server took
     core::Histogram travel_gap_ms;  ///< from the last word of one world to the avatar in the next
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;
-    std::uint64_t malformed_records = 0;
-    std::array<std::uint64_t, wire::kDeclaredFaults> refused_fields{};  ///< why, of declared fields
     std::uint64_t environment_updates = 0;    ///< events with the state of the shared environment
     std::uint64_t environment_corrected = 0;  ///< values that these events corrected
-    std::uint64_t environment_malformed = 0;
-    std::uint64_t bursts = 0;  ///< bursts of cosmetic particles, received as events
+    std::uint64_t bursts = 0;                 ///< bursts of cosmetic particles, received as events
     std::uint64_t bursts_malformed = 0;
     std::uint64_t bursts_refused = 0;  ///< more at a time than a client displays
     std::uint64_t zone_changes = 0;    ///< handoffs that clients saw

@@ -16,17 +16,9 @@ constexpr double kLateLoop = 0.05;
 
 /// By the rules for one client.
 void judge_clients(RunReport& r) {
-    audit::SessionFaults faults;
-    faults.events_lost = r.events_lost;
-    faults.events_duplicated = r.events_duplicated;
-    faults.events_out_of_order = r.events_out_of_order;
-    faults.server_silences = r.server_silences;
-    faults.sessions_lost = r.sessions_lost;
-    faults.malformed = r.malformed + r.malformed_records;
-    faults.refused_fields = r.refused_fields;
     audit::AuditVerdict verdict;
     audit::judge(r.audit, r.audits_expected, verdict);
-    audit::judge(faults, verdict);
+    audit::judge(static_cast<const audit::SessionFaults&>(r), verdict);
     r.reasons.insert(r.reasons.end(), verdict.reasons.begin(), verdict.reasons.end());
     r.warnings.insert(r.warnings.end(), verdict.warnings.begin(), verdict.warnings.end());
 }

@@ -450,7 +450,7 @@ class RulesContext {
         (void)payload;
     }
 
-    // What operators read. None of it is state: a replay and a recovered zone are silent.
+    // For operators. None of it is state: a replay and a recovered zone are silent.
 
     /// A line of the server's log; the first kMostLogLines of a tick and kMostLogBytes of each.
     virtual void log(std::string_view line) { (void)line; }
@@ -499,7 +499,7 @@ class RulesContext {
     // Agents. Their variables are senses of their brains: a rule that sets one commands all brains
     // that react to it.
 
-    /// What an agent of this zone does; none where the entity has no agent here.
+    /// The present doing of an agent; none where the entity has no agent in this zone.
     [[nodiscard]] virtual std::optional<AgentReading> agent(EntityId entity) const {
         (void)entity;
         return std::nullopt;

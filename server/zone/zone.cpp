@@ -40,7 +40,7 @@ void start_rules(ZoneState& state) {
     }
 }
 
-/// Those of entities that are gone by now concern nobody.
+/// Timers of entities that are gone by now concern nobody.
 void run_timers(ZoneState& state, ZoneContext& context) {
     while (const std::optional<DueTimer> timer = state.timers.next(state.now)) {
         const world::Row row = state.entities.find(timer->entity);

@@ -71,9 +71,9 @@ struct Handoff {
 
 /// A message of the rules to an entity, wherever it lives, or to a zone.
 struct RulesMessage {
-    EntityId target;  ///< none: to `zone`
+    EntityId target;
     std::vector<std::uint8_t> payload;
-    ZoneId zone;  ///< none: to all zones
+    std::optional<ZoneId> zone{};  ///< in place of `target`; a zone that is none: all of them
 };
 
 /// A number of the rules for the metrics.

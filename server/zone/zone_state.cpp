@@ -60,6 +60,8 @@ void StepOutput::clear() {
     departed.clear();
     store.clear();
     travels.clear();
+    lines.clear();
+    figures.clear();
 }
 
 ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules)

@@ -48,6 +48,8 @@ struct StepOutput {
     std::vector<ClientId> departed;  ///< clients that left the world for good
     std::vector<mailbox::StoreRequest> store;
     std::vector<TravelWish> travels;
+    std::vector<std::string> lines;  ///< of the rules, for the log
+    std::vector<RulesFigure> figures;
 
     void clear();
 };
@@ -70,8 +72,6 @@ struct StepReport {
     std::uint32_t refused_items = 0;   ///< inbox items for clients or entities that are not here
     std::uint32_t fields_clamped = 0;  ///< numbers of rules beyond the range of a declared field
     std::uint32_t fields_refused = 0;  ///< values of rules that a declared field cannot hold
-    std::vector<std::string> rules_lines;  ///< for the log
-    std::vector<RulesFigure> rules_figures;
 };
 
 /// An entry of another zone's export, for the length of an import.

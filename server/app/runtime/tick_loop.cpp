@@ -300,8 +300,8 @@ void TickLoop::count_zone(std::size_t index) {
             total.skip_reason = r.plan.reason[p];
         }
     }
-    s.rules.take(r, index);
-    for (const std::string& line : r.rules_lines) {
+    s.rules.take(zone.state().out.figures, index);
+    for (const std::string& line : zone.state().out.lines) {
         log_of(LogArea::kWorld).info("rules of zone {}: {}", index + 1, line);
     }
     s.entities += r.census.entities;

@@ -1,5 +1,7 @@
 #include "server/app/world/rules_figures.h"
 
+#include "server/zone/rules_context.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -25,8 +27,8 @@ bool has_room(const Figures& figures, const typename Figures::key_type& key) {
 
 }  // namespace
 
-void RulesFigures::take(const zone::StepReport& report, std::size_t zone) {
-    for (const zone::RulesFigure& figure : report.rules_figures) {
+void RulesFigures::take(std::span<const zone::RulesFigure> figures, std::size_t zone) {
+    for (const zone::RulesFigure& figure : figures) {
         const std::pair key(figure.name, zone);
         if (!is_name(figure.name) || !std::isfinite(figure.value) ||
             !(figure.counts ? has_room(counts, figure.name) : has_room(gauges, key))) {

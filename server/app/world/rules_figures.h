@@ -1,11 +1,12 @@
 // RulesFigures: what the rules of all zones count and measure, for the metrics.
 #pragma once
 
-#include "server/zone/zone_state.h"
+#include "server/zone/zone_messages.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -17,7 +18,8 @@ struct RulesFigures {
     /// With a bad name, not finite, or of one name more than there may be.
     std::uint64_t refused = 0;
 
-    void take(const zone::StepReport& report, std::size_t zone);
+    /// Of one zone and tick.
+    void take(std::span<const zone::RulesFigure> figures, std::size_t zone);
 };
 
 }  // namespace zoned::app

@@ -456,13 +456,13 @@ void World::apply_topics(std::vector<mailbox::OutboxItem>& out) {
     }
 }
 
-void World::deliver_to_zones(const zone::RulesMessage& message) {
-    if (message.zone.value > zones_.size()) {
+void World::deliver_to_zones(ZoneId to, const zone::RulesMessage& message) {
+    if (to.value > zones_.size()) {
         ++undeliverable_;
         return;
     }
     for (std::size_t z = 0; z < zones_.size(); ++z) {
-        if (message.zone && message.zone.value != z + 1) {
+        if (to && to.value != z + 1) {
             continue;
         }
         if (runs(z)) {
@@ -476,8 +476,8 @@ void World::deliver_to_zones(const zone::RulesMessage& message) {
 void World::deliver_messages() {
     for (const auto& zone : zones_) {
         for (zone::RulesMessage& message : zone->output().rules_messages) {
-            if (!message.target) {
-                deliver_to_zones(message);
+            if (message.zone) {
+                deliver_to_zones(*message.zone, message);
                 continue;
             }
             const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& z) {

@@ -136,7 +136,7 @@ class World {
                    const std::string& topic,
                    std::vector<mailbox::OutboxItem>& out);
     void deliver_messages();
-    void deliver_to_zones(const zone::RulesMessage& message);
+    void deliver_to_zones(ZoneId to, const zone::RulesMessage& message);
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
     // world_environment.cpp

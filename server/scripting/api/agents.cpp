@@ -54,13 +54,10 @@ int agent_variable(lua_State* lua) {
 int set_agent_variable(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
     Interpreter::charge(lua, kCommandUnits);
-    lua_pushboolean(
+    return push_done(
         lua,
         context.set_agent_variable(
-            entity_argument(lua, 1), name_argument(lua, 2, "name"), luaL_checknumber(lua, 3))
-            ? 1
-            : 0);
-    return 1;
+            entity_argument(lua, 1), name_argument(lua, 2, "name"), luaL_checknumber(lua, 3)));
 }
 
 /// set_agent_home(id, x, y, z)
@@ -68,8 +65,7 @@ int set_agent_home(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
     Interpreter::charge(lua, kCommandUnits);
     const EntityId entity = entity_argument(lua, 1);
-    lua_pushboolean(lua, context.set_agent_home(entity, position_argument(lua, 2)) ? 1 : 0);
-    return 1;
+    return push_done(lua, context.set_agent_home(entity, position_argument(lua, 2)));
 }
 
 }  // namespace

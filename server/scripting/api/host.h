@@ -41,7 +41,7 @@ void open_queries(lua_State* lua);
 void open_actions(lua_State* lua);
 /// Joints, motors, forces and seats.
 void open_joints(lua_State* lua);
-/// What agents do, and commands to them.
+/// Agents: their state, and commands to them.
 void open_agents(lua_State* lua);
 /// Events, topics, messages, timers, the log and metrics.
 void open_events(lua_State* lua);

@@ -37,7 +37,8 @@ class RulesTimers {
     /// The first of those that are due, which is gone with it; none: no other is.
     std::optional<DueTimer> next(Tick now);
 
-    /// Those of an entity that goes to another zone, and those that came here with one.
+    /// The timers of an entity that goes to another zone, and of one that came here. All timers are
+    /// looked at, as by stop().
     std::vector<RulesTimer> take(EntityId entity);
     void give(std::vector<RulesTimer> timers);
 

@@ -23,7 +23,8 @@ void collect_moved(const world::Entities& e, std::vector<world::Row>& rows) {
     });
 }
 
-/// Who is in the box now. One that rests and was not touched is where it was a tick ago.
+/// Fills `now` with the entities in the box. One that rests and was not touched is where it was a
+/// tick ago.
 void look_into(const ZoneState& state,
                const Trigger& trigger,
                const std::vector<EntityId>& before,
@@ -46,7 +47,7 @@ void look_into(const ZoneState& state,
     now.erase(std::unique(now.begin(), now.end()), now.end());
 }
 
-/// Those of `to` that are not in `from`.
+/// Notes the entities of `to` that are not in `from`.
 void note(std::size_t trigger,
           bool entered,
           const std::vector<EntityId>& from,

@@ -335,7 +335,7 @@ void ZoneContext::inside(std::string_view trigger, std::vector<EntityId>& out) c
 }
 
 void ZoneContext::message(EntityId target, Bytes payload) {
-    state_->out.rules_messages.push_back({target, std::move(payload), ZoneId()});
+    state_->out.rules_messages.push_back({target, std::move(payload)});
 }
 
 void ZoneContext::message_zone(ZoneId zone, Bytes payload) {
@@ -343,18 +343,18 @@ void ZoneContext::message_zone(ZoneId zone, Bytes payload) {
 }
 
 void ZoneContext::log(std::string_view line) {
-    std::vector<std::string>& lines = state_->report.rules_lines;
+    std::vector<std::string>& lines = state_->out.lines;
     if (lines.size() < kMostLogLines) {
         lines.emplace_back(line.substr(0, kMostLogBytes));
     }
 }
 
 void ZoneContext::count(std::string_view name, double amount) {
-    state_->report.rules_figures.push_back({std::string(name), amount, true});
+    state_->out.figures.push_back({std::string(name), amount, true});
 }
 
 void ZoneContext::gauge(std::string_view name, double value) {
-    state_->report.rules_figures.push_back({std::string(name), value, false});
+    state_->out.figures.push_back({std::string(name), value, false});
 }
 
 TimerId ZoneContext::start_timer(EntityId entity,

@@ -51,7 +51,7 @@ ai::Agent* ZoneContext::commanded(EntityId entity) {
     if (row == world::kNoRow || state_->agents.find(entity) == nullptr) {
         return nullptr;
     }
-    // What an agent does off screen was foreseen without this command.
+    // Off screen its course was foreseen without this command.
     wake_agent(*state_, row);
     ai::Agent* const agent = state_->agents.find(entity);
     agent->next_decision = state_->now;

@@ -1,4 +1,5 @@
-// What rules ask of their zone: the first tick, timers, messages between zones, names, agents.
+// Calls between rules and their zone: the first tick, timers, messages between zones, names,
+// agents.
 #include "server/ai/agent/whereabouts.h"
 #include "server/zone/context/zone_context.h"
 #include "tests/integration/plain/crowd_world.h"
@@ -179,6 +180,7 @@ TEST_F(RulesCalls, MessagesReachZones) {
         c.message_zone(ZoneId(1), {1});
         c.message_zone(ZoneId(), {0});
         c.message_zone(ZoneId(9), {9});
+        c.message(EntityId(), {8});  // nobody is no zone
     });
     ticks(1);
     std::map<std::uint8_t, int> times;
@@ -187,7 +189,26 @@ TEST_F(RulesCalls, MessagesReachZones) {
         ++times[payload.at(0)];
     }
     EXPECT_EQ(times, (std::map<std::uint8_t, int>{{0, 2}, {1, 1}}));
-    EXPECT_EQ(world->world().undeliverable(), 1u);
+    EXPECT_EQ(world->world().undeliverable(), 2u);
+}
+
+TEST_F(RulesCalls, LinesAndFiguresAreOfOneTickAndHaveAnEnd) {
+    at_start(1, [](zone::RulesContext& c) {
+        for (int i = 0; i < 150; ++i) {
+            c.log(std::string(2000, 'x'));
+        }
+        c.count("kills", 2.0);
+        c.gauge("open", 0.5);
+    });
+    const zone::StepOutput& out = world->world().zones()[0]->state().out;
+    ASSERT_EQ(out.lines.size(), zone::kMostLogLines);
+    EXPECT_EQ(out.lines[0].size(), zone::kMostLogBytes);
+    ASSERT_EQ(out.figures.size(), 2u);
+    EXPECT_TRUE(out.figures[0].counts);
+    EXPECT_FALSE(out.figures[1].counts);
+    EXPECT_EQ(out.figures[1].value, 0.5);
+    ticks(1);
+    EXPECT_TRUE(out.lines.empty() && out.figures.empty());
 }
 
 TEST_F(RulesCalls, NamesOfTheConfigAreKnownInAllZones) {

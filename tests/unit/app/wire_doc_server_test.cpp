@@ -71,7 +71,7 @@ std::vector<Row> table_rows(const std::string& name) {
     return out;
 }
 
-/// What stands between `` in a cell, such as `network.max_load` in "`network.max_load` * 2".
+/// The text between `` in a cell, such as `network.max_load` in "`network.max_load` * 2".
 std::string quoted(const std::string& cell) {
     const std::size_t begin = cell.find('`');
     return begin == std::string::npos
@@ -230,7 +230,7 @@ TEST(WireDocumentLimits, AreThoseOfAServerThatSetsNothing) {
     }
 }
 
-/// What a bucket gives at once, and what it has again after a second.
+/// A bucket's tokens at once, and those that it has again after a second.
 std::pair<int, int> measured(core::TokenBucket bucket) {
     std::pair<int, int> out;
     for (; bucket.take(0.0); ++out.first) {
@@ -349,7 +349,7 @@ class PlayedWorld {
 
     [[nodiscard]] zone::ZoneState& state() const { return world_.zones()[0]->state(); }
 
-    /// What the avatar did in the newest tick.
+    /// The avatar's move in the newest tick.
     [[nodiscard]] motion::InputCommand command() const {
         const world::Entities& e = state().entities;
         const world::Row row = e.find(state().clients.at(0).avatar);

@@ -149,7 +149,7 @@ class FakeContext : public zone::RulesContext {
 
     void pass_tick() { ++now_; }
 
-    /// Those that are due, which are gone with it, in the order in which they were started.
+    /// Due timers, in the order in which they were started; they are gone with it.
     std::vector<zone::DueTimer> take_due() {
         std::vector<zone::DueTimer> due;
         std::erase_if(timers, [&](const std::pair<Tick, zone::DueTimer>& timer) {
