@@ -27,10 +27,11 @@ std::vector<bool> types_of(const proto::config::Trigger& trigger,
                            const std::string& path,
                            Diagnostics& diagnostics) {
     std::vector<bool> noticed(types.size(), trigger.type_size() == 0);
-    for (const std::string& name : trigger.type()) {
+    for (int i = 0; i < trigger.type_size(); ++i) {
+        const std::string& name = trigger.type(i);
         const auto at = std::ranges::find(types, name, &world::EntityType::name);
         if (at == types.end()) {
-            diagnostics.add(path + ".type", "no type is called '" + name + "'");
+            diagnostics.add(join_path(path, "type", i), "no type is called '" + name + "'");
         } else {
             noticed[static_cast<std::size_t>(at - types.begin())] = true;
         }
