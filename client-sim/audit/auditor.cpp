@@ -242,6 +242,16 @@ void Auditor::compare_environment(const view::View& view,
          ++v) {
         compare(environment.value_at(v, record.tick), record.shared_variables[v]);
     }
+    std::size_t number = 0;
+    for (std::uint32_t d = 0; d < view.world().doors.size(); ++d) {
+        const view::DoorInfo& door = view.world().doors[d];
+        if (door.by_rules && number < record.doors.size()) {
+            const bool open = view.door_courses()
+                                  .open_at(d, record.tick)
+                                  .value_or(door.times.open_at(record.tick));
+            compare(open ? 1.0 : 0.0, record.doors[number++]);
+        }
+    }
 }
 
 void Auditor::compare_entity(const Context& context,

@@ -48,10 +48,10 @@ void add_boxes(const view::ZoneInfo& zone, Tick tick, SizedArray<zoned_client_bo
     for (const motion::StaticBox& box : zone.geometry.boxes()) {
         out.add(box_info(box, zone.origin));
     }
-    for (const motion::Door& door : zone.geometry.doors()) {
-        zoned_client_box info = box_info(door.box, zone.origin);
+    for (std::uint32_t door = 0; door < zone.geometry.doors().size(); ++door) {
+        zoned_client_box info = box_info(zone.geometry.doors()[door].box, zone.origin);
         info.door = 1;
-        info.shut = door.shut_at(tick) ? 1 : 0;
+        info.shut = zone.geometry.shut_at(door, tick) ? 1 : 0;
         out.add(info);
     }
 }

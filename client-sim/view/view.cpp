@@ -12,7 +12,10 @@ namespace zoned::view {
 View::View(std::shared_ptr<const WorldInfo> world,
            const ViewSettings& settings,
            ViewListener* listener)
-    : world_(std::move(world)),
+    : courses_(std::make_shared<motion::DoorCourses>(world->doors.size())),
+      world_(world->has_moved_doors()
+                 ? std::make_shared<const WorldInfo>(world->with_courses(courses_))
+                 : std::move(world)),
       settings_(settings),
       listener_(listener),
       store_(*world_, display_settings()),
@@ -195,6 +198,10 @@ void View::apply_environment(const wire::EventMessage& event) {
                c.phase < environment_.variable(c.variable).def().phases.size() &&
                std::isfinite(c.before);
     }
+    for (const auto& c : update.doors) {
+        good = good && c.door < world_->doors.size() && world_->doors[c.door].by_rules &&
+               sensible(c.from);
+    }
     if (!good) {
         ++stats_.environment_malformed;
         return;
@@ -212,6 +219,9 @@ void View::apply_environment(const wire::EventMessage& event) {
     for (const auto& c : update.cursors) {
         stats_.environment_corrected +=
             environment_.place(c.variable, {c.number, c.since, c.phase, c.before}) > 0.0 ? 1 : 0;
+    }
+    for (const auto& c : update.doors) {
+        courses_->announce(c.door, {c.from, c.open}, event.tick);
     }
 }
 

@@ -102,10 +102,11 @@ class View {
     /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
     std::string take_reset_wish(double now_s);
 
-    /// Takes over from a view before this one, of the same session: the shared clocks and
-    /// variables, which the server does not tell again, and what was counted.
+    /// Takes over from a view before this one, of the same session: the shared clocks, variables
+    /// and doors, which the server does not tell again, and what was counted.
     void go_on_with(const View& before) {
         environment_ = before.environment_;
+        *courses_ = *before.courses_;
         stats_ = before.stats_;
         traffic_ = before.traffic_;
     }
@@ -159,6 +160,9 @@ class View {
     /// Clocks and variables that run here, for any tick that is not long ago.
     [[nodiscard]] const clock::SharedEnvironment& environment() const { return environment_; }
 
+    /// Of the doors that rules move.
+    [[nodiscard]] const motion::DoorCourses& door_courses() const { return *courses_; }
+
     [[nodiscard]] OwnAvatar& own() { return own_; }
 
     [[nodiscard]] const OwnAvatar& own() const { return own_; }
@@ -193,7 +197,8 @@ class View {
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
-    std::shared_ptr<const WorldInfo> world_;
+    std::shared_ptr<motion::DoorCourses> courses_;
+    std::shared_ptr<const WorldInfo> world_;  // its doors as courses_ say
     ViewSettings settings_;
     ViewListener* listener_;
     EntityStore store_;

@@ -107,8 +107,11 @@ motion::Timetable read_times(const wire::DoorMessage& d) {
 std::vector<motion::Door> doors_around(const wire::WorldDescriptionMessage& description,
                                        const Vec3d& origin) {
     std::vector<motion::Door> doors;
-    for (const wire::DoorMessage& d : description.doors) {
-        doors.push_back({box_around(*d.box, origin), read_times(d)});
+    for (std::uint32_t number = 0; number < description.doors.size(); ++number) {
+        const wire::DoorMessage& d = description.doors[number];
+        doors.push_back({box_around(*d.box, origin),
+                         read_times(d),
+                         d.by_rules ? std::optional(number) : std::nullopt});
     }
     return doors;
 }
@@ -354,6 +357,19 @@ std::string wrong_with(const wire::WorldDescriptionMessage& d) {
 
 }  // namespace
 
+bool WorldInfo::has_moved_doors() const {
+    return std::any_of(
+        doors.begin(), doors.end(), [](const DoorInfo& door) { return door.by_rules; });
+}
+
+WorldInfo WorldInfo::with_courses(const std::shared_ptr<const motion::DoorCourses>& courses) const {
+    WorldInfo out = *this;
+    for (ZoneInfo& zone : out.zones) {
+        zone.geometry = zone.geometry.with_courses(courses);
+    }
+    return out;
+}
+
 const ZoneInfo* WorldInfo::zone(ZoneId id) const {
     for (const ZoneInfo& zone : zones) {
         if (zone.id == id) {
@@ -414,7 +430,7 @@ core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& d) {
         world.zones.push_back(std::move(zone));
     }
     for (const wire::DoorMessage& door : d.doors) {
-        world.doors.push_back({clean_name(door.name), read_times(door)});
+        world.doors.push_back({clean_name(door.name), read_times(door), door.by_rules});
     }
     world.cosmetics = read_cosmetics(d);
     world.environment = read_environment(d);

@@ -60,6 +60,7 @@ struct CosmeticInfo {
 struct DoorInfo {
     std::string name;
     motion::Timetable times;
+    bool by_rules = false;  ///< as the timetable says until DoorCourses say otherwise
 };
 
 /// Immutable once made.
@@ -74,6 +75,13 @@ struct WorldInfo {
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticInfo> cosmetics;
     clock::EnvironmentDefs environment;  ///< clocks and variables that the client runs for itself
+
+    /// Whether rules move any of the doors.
+    [[nodiscard]] bool has_moved_doors() const;
+
+    /// The same world for one client, whose doors are as `courses` say. Shares the geometry.
+    [[nodiscard]] WorldInfo with_courses(
+        const std::shared_ptr<const motion::DoorCourses>& courses) const;
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

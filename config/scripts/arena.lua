@@ -191,6 +191,17 @@ function on_trigger(trigger, entity, entered)   -- the well is the only one
   if entered then set_field(entity, "health", FULL_HEALTH) end
 end
 
+-- The levers of the vault open and shut its door, and go along with each other. Clients are told
+-- half a second before the door turns.
+local VAULT_S = 0.5
+
+function on_use(lever, avatar, on)
+  set_door("vault", on, VAULT_S)
+  for _, name in ipairs({ "vault_outer", "vault_inner" }) do
+    set_field(entity_named(name), "on", on)
+  end
+end
+
 function on_message(target, payload)
   if is_owned(target) and is_target(target) and #payload == 8 then
     local by, damage = string.unpack("<I4I4", payload)

@@ -281,6 +281,7 @@ struct AuditRecord {
     Tick updates_since = 0;             ///< from which tick on `updates` names all packets; 0: none
     std::vector<double> shared_clocks;  ///< their values, by number
     std::vector<double> shared_variables;  ///< likewise
+    std::vector<std::uint32_t> doors;      ///< that rules move, by number: 1 open, 0 shut
 };
 
 /// What became of an operator's order.

@@ -17,6 +17,7 @@ enum class Callback : std::uint8_t {
     kContact,
     kJointBroken,
     kTrigger,
+    kUse,
     kTimer,
     kTick,
     kConfirm,
@@ -25,7 +26,7 @@ enum class Callback : std::uint8_t {
     kMayHear,
 };
 
-inline constexpr std::array<std::string_view, 14> kCallbackNames{
+inline constexpr std::array<std::string_view, 15> kCallbackNames{
     "on_start",         // ()                     in the first tick of a zone's life
     "on_join",          // (client, avatar, name, team, account)
     "on_leave",         // (client, avatar)       it still stands there; nobody despawns it
@@ -34,6 +35,7 @@ inline constexpr std::array<std::string_view, 14> kCallbackNames{
     "on_contact",       // (a, b, speed, impulse, x, y, z, began, ended)
     "on_joint_broken",  // (joint, a, b, root, name, force)
     "on_trigger",       // (trigger, entity, entered)
+    "on_use",           // (lever, avatar, on)
     "on_timer",         // (timer, entity, kind, payload)
     "on_tick",          // ()
     "on_confirm",       // (client, event)

@@ -257,6 +257,15 @@ void ScriptRules::on_trigger(zone::RulesContext& context, const zone::TriggerEve
     });
 }
 
+void ScriptRules::on_use(zone::RulesContext& context, const zone::LeverUse& use) {
+    call(context, Callback::kUse, [&](lua_State* lua) {
+        push_entity(lua, use.lever);
+        push_entity(lua, use.user);
+        push_truth(lua, use.on);
+        return 3;
+    });
+}
+
 zone::ContactWish ScriptRules::contact_wish(TypeIndex type) const {
     return script_->contact_wish(type);
 }

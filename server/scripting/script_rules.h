@@ -43,6 +43,7 @@ class ScriptRules final : public zone::Rules {
     void on_contact(zone::RulesContext& context, const zone::EntityContact& contact) override;
     void on_joint_broken(zone::RulesContext& context, const zone::BrokenJoint& joint) override;
     void on_trigger(zone::RulesContext& context, const zone::TriggerEvent& event) override;
+    void on_use(zone::RulesContext& context, const zone::LeverUse& use) override;
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex type) const override;
     [[nodiscard]] bool may_hear(const zone::RulesContext& context,
                                 EntityId viewer,

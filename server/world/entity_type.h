@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,13 @@ struct Cone {
     float half_angle_rad = 0.0F;  ///< (0, pi]
 };
 
+/// Players operate it: a button, pressed within reach, turns it on or off.
+struct Lever {
+    float reach_m = 1.5F;      ///< from its centre to the avatar's
+    std::uint16_t button = 0;  ///< of InputCommand::buttons, a bit
+    wire::FieldId field;       ///< declared, a bool: whether it is on
+};
+
 struct EntityType {
     std::string name;
     EntityKind kind = EntityKind::kProp;
@@ -93,6 +101,7 @@ struct EntityType {
     float particle_beyond_m = 0.0F;  ///< farther from all players it is a point; 0: never
     std::uint16_t brain = 0;         ///< 1 + index of the brain; 0 = no brain
     std::shared_ptr<const wire::FieldSchema> fields;  ///< declared by the game; null: none
+    std::optional<Lever> lever;                       ///< none: nobody operates it
 
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {

@@ -1,6 +1,7 @@
 #include "server/zone/inbox.h"
 
 #include "server/ai/agent/hot_reload_migration.h"
+#include "server/zone/context/levers.h"
 #include "server/zone/context/zone_context.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
@@ -239,7 +240,11 @@ std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> 
     }
     ZoneContext context(state);
     for (const RulesMessage& message : state.messages_in) {
-        state.rules->on_message(context, message.target, message.payload);
+        if (message.user) {
+            turn_lever(state, context, message.target, message.user);
+        } else {
+            state.rules->on_message(context, message.target, message.payload);
+        }
     }
     const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size());
     state.messages_in.clear();

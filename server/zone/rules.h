@@ -65,6 +65,13 @@ class Rules {
         (void)event;
     }
 
+    /// After on_input of the player who pressed the button, in the zone that owns the lever; one
+    /// tick later where that is another zone.
+    virtual void on_use(RulesContext& context, const LeverUse& use) {
+        (void)context;
+        (void)use;
+    }
+
     /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies reports
     /// contacts if either type asks for it. A contact ends in the zone that an entity leaves and
     /// begins in the one that it comes to. The next step in which physics runs reports an end.

@@ -56,6 +56,24 @@ class RulesContext {
         return false;
     }
 
+    /// Opens or shuts a door of the config that rules move (`door { moved_by: RULES }`), in
+    /// whatever zone it is, from `ahead_s` on (at least half a second, so that all clients know in
+    /// time), in place of what was asked for then and later. False where there is no such door,
+    /// `ahead_s` is out of range, or the door has as many turns ahead as are kept
+    /// (motion::DoorCourses).
+    virtual bool set_door(std::string_view name, bool open, double ahead_s) {
+        (void)name;
+        (void)open;
+        (void)ahead_s;
+        return false;
+    }
+
+    /// Whether a door that rules move is open now; none where there is no such door.
+    [[nodiscard]] virtual std::optional<bool> door_open(std::string_view name) const {
+        (void)name;
+        return std::nullopt;
+    }
+
     /// The entity that the config placed under this name (`entity { name: "..." }`), in whatever
     /// zone it is by now; none where there is no such name. It may be gone: ids are never reused.
     [[nodiscard]] virtual EntityId entity_named(std::string_view name) const {

@@ -7,6 +7,7 @@
 #include "server/zone/border/ghosts.h"
 #include "server/zone/border/handoff.h"
 #include "server/zone/census.h"
+#include "server/zone/context/levers.h"
 #include "server/zone/context/zone_context.h"
 #include "server/zone/inbox.h"
 #include "server/zone/simulation/character_movement.h"
@@ -65,6 +66,7 @@ std::uint32_t run_rules(ZoneState& state) {
             static_cast<std::uint16_t>(command.buttons & ~state.clients[i].buttons_before);
         state.clients[i].buttons_before = command.buttons;
         state.rules->on_input(context, client.avatar, command, pressed);
+        use_lever(state, context, state.clients[i].avatar, pressed);
     }
     state.rules->on_tick(context);
     return static_cast<std::uint32_t>(state.clients.size());

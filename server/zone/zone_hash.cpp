@@ -98,6 +98,11 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.rules->hash(state.hash);
     }
     state.timers.hash_changes(state.hash);
+    for (const DoorChange& change : state.out.doors) {
+        state.hash.add(change.door);
+        state.hash.add(change.course.from);
+        state.hash.add(change.course.open);
+    }
     if (state.next_store_request != 0) {
         state.hash.add(state.next_store_request);
     }

@@ -15,6 +15,7 @@
 #include "server/zone/input_ring.h"
 #include "shared/core/ids.h"
 #include "shared/motion/burst.h"
+#include "shared/motion/door_courses.h"
 
 #include <cstdint>
 #include <optional>
@@ -74,6 +75,7 @@ struct RulesMessage {
     EntityId target;
     std::vector<std::uint8_t> payload;
     std::optional<ZoneId> zone{};  ///< in place of `target`; a zone that is none: all of them
+    EntityId user{};  ///< in place of a payload: uses `target`, which is a lever; none: a message
 };
 
 /// A number of the rules for the metrics.
@@ -110,6 +112,12 @@ struct ClockChange {
     std::size_t clock = 0;
     Tick from = 0;
     double rate_per_s = 0.0;
+};
+
+/// Rules open or shut a door from a later tick on.
+struct DoorChange {
+    std::uint32_t door = 0;  ///< of the world
+    motion::DoorCourse course;
 };
 
 struct TopicChange {

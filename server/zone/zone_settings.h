@@ -103,6 +103,13 @@ struct RewindSettings {
     float slack_m = 0.15F;  ///< how far a claim may be from its explanation
 };
 
+/// A door of the world.
+struct DoorName {
+    std::string name;
+    bool by_rules = false;
+    bool starts_open = false;  ///< one that rules move
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -119,10 +126,12 @@ struct ZoneSettings {
     /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all
     /// zones.
     std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
-    std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
-    std::vector<Trigger> triggers;                          ///< zone-local
-    std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
-    std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
+    std::shared_ptr<const motion::StaticGeometry> statics;    ///< zone-local
+    std::vector<DoorName> doors;                              ///< of the whole world
+    std::shared_ptr<const motion::DoorCourses> door_courses;  ///< of `doors`; null: rules move none
+    std::vector<Trigger> triggers;                            ///< zone-local
+    std::vector<SurfaceBody> surfaces;                        ///< those of `statics`, zone-local
+    std::vector<ParticleSource> particles;                    ///< simulated ones, of all zones
     std::vector<CosmeticBurst> cosmetic_bursts;
     physics::PhysicsSettings physics;
     ai::AiSettings ai;

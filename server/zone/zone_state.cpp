@@ -54,6 +54,7 @@ void StepOutput::clear() {
     events.clear();
     bursts.clear();
     clocks.clear();
+    doors.clear();
     topics.clear();
     rules_messages.clear();
     handoffs.clear();

@@ -42,6 +42,7 @@ struct StepOutput {
     std::vector<PendingEvent> events;
     std::vector<BurstOut> bursts;
     std::vector<ClockChange> clocks;
+    std::vector<DoorChange> doors;
     std::vector<TopicChange> topics;
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;

@@ -352,9 +352,10 @@ bool moved_by_door(const Vec3& position,
     bool moved = false;
     world.for_each_door_near({position - reach, position + reach}, [&](std::uint32_t number) {
         const Door& door = world.doors()[number];
+        const bool shut = world.shut_at(number, tick);
         moved =
-            moved || door.shut_at(tick) != door.shut_at(tick - 1) ||
-            (door.shut_at(tick) &&
+            moved || shut != world.shut_at(number, tick - 1) ||
+            (shut &&
              overlaps({limits.radius, limits.half_segment},
                       position,
                       door.box,

@@ -5,6 +5,7 @@
 #include "shared/math/types.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace zoned::motion {
@@ -54,8 +55,9 @@ struct Timetable {
 struct Door {
     StaticBox box;
     Timetable times;
-
-    [[nodiscard]] bool shut_at(Tick tick) const { return !times.open_at(tick); }
+    /// The number in the world of a door that rules move (DoorCourses); its timetable says how it
+    /// is until they do.
+    std::optional<std::uint32_t> by_rules;
 };
 
 /// In place of a tick: all doors are open.

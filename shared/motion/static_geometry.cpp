@@ -50,31 +50,63 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes,
                                float cell_m,
                                const std::vector<StaticSurface>& surfaces,
                                std::vector<Door> doors)
-    : boxes_(std::move(boxes)),
-      fixed_(boxes_.size()),
+    : fixed_(boxes.size()),
       doors_(std::move(doors)),
-      surfaces_(surfaces.begin(), surfaces.end()),
+      surfaces_(std::vector<PlacedSurface>(surfaces.begin(), surfaces.end())),
       ground_height_(ground_height),
       cell_m_(cell_m) {
     ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
     for (const Door& door : doors_) {
         ZONED_ASSERT(door.times.period > 0, "the timetable of a door has a period");
-        boxes_.push_back(door.box);
+        boxes.push_back(door.box);
     }
-    if (!boxes_.empty()) {
-        index_boxes();
+    boxes_ = core::SharedColumn(std::move(boxes));
+    index_boxes();
+}
+
+bool StaticGeometry::open_at(std::uint32_t door, Tick tick) const {
+    const Door& it = doors_[door];
+    if (it.by_rules && courses_ && tick != kAllDoorsOpen) {
+        if (const std::optional<bool> open = courses_->open_at(*it.by_rules, tick)) {
+            return *open;
+        }
     }
+    return it.times.open_at(tick);
+}
+
+Tick StaticGeometry::next_turn(Tick tick) const {
+    Tick next = Timetable::kNever;
+    for (const Door& door : doors_) {
+        next = std::min(next, door.by_rules ? tick + 1 : door.times.next_change(tick));
+    }
+    return next;
+}
+
+StaticGeometry StaticGeometry::with_courses(std::shared_ptr<const DoorCourses> courses) const {
+    StaticGeometry out = *this;
+    out.courses_ = std::move(courses);
+    return out;
 }
 
 void StaticGeometry::index_boxes() {
-    bounds_.reserve(boxes_.size());
-    axes_.reserve(boxes_.size());
+    std::vector<Mat3> axes;
+    std::vector<Aabb> bounds;
+    axes.reserve(boxes_.size());
+    bounds.reserve(boxes_.size());
     for (const StaticBox& box : boxes_) {
-        axes_.emplace_back(box.orientation.toRotationMatrix());
-        bounds_.push_back(bounds_of(box, axes_.back()));
+        axes.emplace_back(box.orientation.toRotationMatrix());
+        bounds.push_back(bounds_of(box, axes.back()));
     }
-    Vec3 lower = bounds_.front().lower;
-    Vec3 upper = bounds_.front().upper;
+    axes_ = core::SharedColumn(std::move(axes));
+    bounds_ = core::SharedColumn(std::move(bounds));
+    if (!bounds_.empty()) {
+        index_cells();
+    }
+}
+
+void StaticGeometry::index_cells() {
+    Vec3 lower = bounds_[0].lower;
+    Vec3 upper = bounds_[0].upper;
     for (const Aabb& b : bounds_) {
         lower = lower.cwiseMin(b.lower);
         upper = upper.cwiseMax(b.upper);
@@ -101,32 +133,31 @@ void StaticGeometry::index_boxes() {
             }
         }
     };
-    cell_start_.assign(static_cast<std::size_t>(cells_x_) * static_cast<std::size_t>(cells_z_) + 1,
-                       0);
-    visit_cells([&](std::size_t cell, std::uint32_t) { ++cell_start_[cell + 1]; });
-    for (std::size_t c = 1; c < cell_start_.size(); ++c) {
-        cell_start_[c] += cell_start_[c - 1];
+    std::vector<std::uint32_t> start(
+        static_cast<std::size_t>(cells_x_) * static_cast<std::size_t>(cells_z_) + 1, 0);
+    visit_cells([&](std::size_t cell, std::uint32_t) { ++start[cell + 1]; });
+    for (std::size_t c = 1; c < start.size(); ++c) {
+        start[c] += start[c - 1];
     }
-    cell_items_.resize(cell_start_.back());
-    std::vector<std::uint32_t> fill(cell_start_.begin(), cell_start_.end() - 1);
-    visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
+    std::vector<std::uint32_t> items(start.back());
+    std::vector<std::uint32_t> fill(start.begin(), start.end() - 1);
+    visit_cells([&](std::size_t cell, std::uint32_t i) { items[fill[cell]++] = i; });
+    cell_start_ = core::SharedColumn(std::move(start));
+    cell_items_ = core::SharedColumn(std::move(items));
 }
 
 StaticGeometry StaticGeometry::with_shut(std::span<const std::uint32_t> shut) const {
     StaticGeometry out = *this;
-    out.doors_.clear();
-    out.boxes_.resize(fixed_);
+    out.doors_ = {};
+    std::vector<StaticBox> boxes(boxes_.begin(), boxes_.begin() + fixed_);
     for (const std::uint32_t number : shut) {
-        out.boxes_.push_back(doors_[number].box);
+        boxes.push_back(doors_[number].box);
     }
-    out.fixed_ = out.boxes_.size();
-    out.bounds_.clear();
-    out.axes_.clear();
-    out.cell_start_.clear();
-    out.cell_items_.clear();
-    if (!out.boxes_.empty()) {
-        out.index_boxes();
-    }
+    out.fixed_ = boxes.size();
+    out.boxes_ = core::SharedColumn(std::move(boxes));
+    out.cell_start_ = {};
+    out.cell_items_ = {};
+    out.index_boxes();
     return out;
 }
 

@@ -2,8 +2,10 @@
 // collide.
 #pragma once
 
+#include "shared/core/containers/shared_column.h"
 #include "shared/math/aabb.h"
 #include "shared/math/types.h"
+#include "shared/motion/door_courses.h"
 #include "shared/motion/doors.h"
 #include "shared/motion/ground_surface.h"
 
@@ -57,8 +59,8 @@ inline constexpr float kStaticCell_m = 16.0F;
 
 /// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane y =
 /// ground_height; and doors, which are boxes like these while they are shut. Immutable after
-/// construction, so that threads and bots share one copy: each query names its tick. A world
-/// without doors pays nothing for those of others.
+/// construction, so that threads and bots share one copy: each query names its tick. Copies share
+/// all columns, so that they cost little. A world without doors pays nothing for those of others.
 class StaticGeometry {
   public:
     StaticGeometry() = default;
@@ -76,6 +78,16 @@ class StaticGeometry {
 
     /// Their boxes are numbered behind boxes().
     [[nodiscard]] std::span<const Door> doors() const { return doors_; }
+
+    /// Whether a door is solid at a tick.
+    [[nodiscard]] bool shut_at(std::uint32_t door, Tick tick) const { return !open_at(door, tick); }
+
+    /// A tick after `tick` before which no door turns: of those that rules move, the next one.
+    [[nodiscard]] Tick next_turn(Tick tick) const;
+
+    /// The same world, in which `courses` say how the doors are that rules move. Without courses,
+    /// they are as their timetable says.
+    [[nodiscard]] StaticGeometry with_courses(std::shared_ptr<const DoorCourses> courses) const;
 
     /// A box, or a door's.
     [[nodiscard]] const StaticBox& box(std::uint32_t index) const { return boxes_[index]; }
@@ -113,17 +125,21 @@ class StaticGeometry {
     void visit_near(const Aabb& area, std::uint32_t first, std::uint32_t end, Visit&& visit) const;
     [[nodiscard]] int cell_of(float coordinate, float origin, int cells) const;
 
-    void index_boxes();
+    [[nodiscard]] bool open_at(std::uint32_t door, Tick tick) const;
 
-    std::vector<StaticBox> boxes_;  // the permanent boxes, then the doors'
-    std::size_t fixed_ = 0;         // number of permanent boxes
-    std::vector<Door> doors_;
-    std::vector<PlacedSurface> surfaces_;
-    std::vector<Aabb> bounds_;
-    std::vector<Mat3> axes_;
-    std::vector<std::uint32_t>
+    void index_boxes();
+    void index_cells();
+
+    core::SharedColumn<StaticBox> boxes_;  // the permanent boxes, then the doors'
+    std::size_t fixed_ = 0;                // number of permanent boxes
+    core::SharedColumn<Door> doors_;
+    std::shared_ptr<const DoorCourses> courses_;  // null: rules move no door
+    core::SharedColumn<PlacedSurface> surfaces_;
+    core::SharedColumn<Aabb> bounds_;
+    core::SharedColumn<Mat3> axes_;
+    core::SharedColumn<std::uint32_t>
         cell_start_;  // columns of a compressed sparse row layout over the cells
-    std::vector<std::uint32_t> cell_items_;
+    core::SharedColumn<std::uint32_t> cell_items_;
     float ground_height_ = 0.0F;
     float cell_m_ = kStaticCell_m;
     float origin_x_ = 0.0F;

@@ -17,7 +17,7 @@ void StaticGeometry::for_each_near(const Aabb& area, Tick tick, Visit&& visit) c
         return;
     }
     visit_near(area, 0, static_cast<std::uint32_t>(boxes_.size()), [&](std::uint32_t index) {
-        if (index < fixed_ || doors_[index - fixed_].shut_at(tick)) {
+        if (index < fixed_ || shut_at(index - static_cast<std::uint32_t>(fixed_), tick)) {
             visit(index);
         }
     });

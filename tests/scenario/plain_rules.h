@@ -24,7 +24,8 @@ struct PlainLog {
     std::vector<zone::BrokenJoint> broken;
     std::vector<std::pair<ZoneId, Tick>> starts;
     std::vector<std::pair<ZoneId, zone::DueTimer>> timers;  ///< those that were due, and where
-    std::vector<std::string> triggers;                      ///< "1 +goal 7", "2 -goal 7"
+    std::vector<std::pair<ZoneId, zone::LeverUse>> uses;
+    std::vector<std::string> triggers;  ///< "1 +goal 7", "2 -goal 7"
     /// Called by each zone's on_start; set before the zones are made.
     std::function<void(zone::RulesContext&)> at_start;
     bool busy = false;  ///< each_tick is called also where no player is
@@ -56,6 +57,11 @@ class PlainRules final : public zone::Rules {
         log_->triggers.push_back(std::to_string(context.zone().value) +
                                  (event.entered ? " +" : " -") + std::string(event.trigger) + " " +
                                  std::to_string(event.entity.value));
+    }
+
+    void on_use(zone::RulesContext& context, const zone::LeverUse& use) override {
+        const std::lock_guard lock(log_->guard);
+        log_->uses.emplace_back(context.zone(), use);
     }
 
     EntityId on_join(zone::RulesContext& context, const zone::JoinRequest& request) override {
@@ -135,6 +141,12 @@ class PlainRules final : public zone::Rules {
     void load_entity(EntityId entity, std::span<const std::uint8_t> state) override {
         moves_[entity] = state.empty() ? 0 : state[0];
     }
+
+    // Their log is the test's: no state of theirs.
+
+    [[nodiscard]] bool save(zone::Bytes&) const override { return true; }
+
+    std::string load(std::span<const std::uint8_t>) override { return {}; }
 
     [[nodiscard]] bool busy() const override { return log_->busy; }
 

@@ -123,7 +123,7 @@ void Nests::restore(const AiContext& ai) {
 void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now) {
     changes_.clear();
     for (std::uint32_t door = 0; door < nest.doors.doors(); ++door) {
-        nest.doors.turn(door, statics.doors()[door].shut_at(now), changes_);
+        nest.doors.turn(door, statics.shut_at(door, now), changes_);
     }
     for (const pathfinding::CellChange& change : changes_) {
         nest.ground.cells.set_passable(change.cell, change.passable);

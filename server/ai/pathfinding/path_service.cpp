@@ -22,15 +22,6 @@ bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits
            a.step_down == b.step_down;
 }
 
-/// The first tick after `now` at which a door turns.
-Tick next_turn(std::span<const motion::Timetable> doors, Tick now) {
-    Tick next = motion::Timetable::kNever;
-    for (const motion::Timetable& door : doors) {
-        next = std::min(next, door.next_change(now));
-    }
-    return next;
-}
-
 }  // namespace
 
 PathService::PathService(const PathfindingSettings& settings,
@@ -58,9 +49,7 @@ PathService::PathService(const PathfindingSettings& settings,
         size_of_type_[t] = static_cast<std::uint8_t>(same - bodies.begin());
     }
     ZONED_ASSERT(bodies.size() < kNoSize, "sizes of characters with agents are few");
-    for (const motion::Door& door : statics.doors()) {
-        timetables_.push_back(door.times);
-    }
+    statics_ = statics;
     see_doors(now);
     PathfindingSettings share = settings;
     share.work_per_tick = std::max<std::uint64_t>(
@@ -124,12 +113,15 @@ std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
     return nullptr;
 }
 
-void PathService::see_doors(Tick now) {
-    shut_.clear();
-    for (const motion::Timetable& door : timetables_) {
-        shut_.push_back(door.open_at(now) ? 0 : 1);
+bool PathService::see_doors(Tick now) {
+    bool turned = false;
+    shut_.resize(statics_.doors().size());
+    for (std::uint32_t door = 0; door < shut_.size(); ++door) {
+        const std::uint8_t shut = statics_.shut_at(door, now) ? 1 : 0;
+        turned = std::exchange(shut_[door], shut) != shut || turned;
     }
-    next_turn_ = next_turn(timetables_, now);
+    next_turn_ = statics_.next_turn(now);
+    return turned;
 }
 
 void PathService::note(std::span<const std::uint32_t> requests,
@@ -155,8 +147,7 @@ void PathService::follow_doors(Tick now) {
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
         note(sizes_[s].map->review_crowds(), s, requeued_);
     }
-    if (now >= next_turn_ && !sizes_.empty()) {
-        see_doors(now);
+    if (now >= next_turn_ && !sizes_.empty() && see_doors(now)) {
         for (std::size_t s = 0; s < sizes_.size(); ++s) {
             sizes_[s].map->turn_doors(shut_);
             note(sizes_[s].map->requeued(), s, requeued_);

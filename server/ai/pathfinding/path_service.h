@@ -202,8 +202,8 @@ class PathService {
         const motion::CharacterLimits& limits,
         std::span<const std::uint8_t> shut,
         const Vec3d& origin);
-    /// Finds the doors that are shut at a tick.
-    void see_doors(Tick now);
+    /// Finds the doors that are shut at a tick. Returns whether any is other than before.
+    bool see_doors(Tick now);
     /// Appends the agents of these requests of a size.
     void note(std::span<const std::uint32_t> requests,
               std::size_t number,
@@ -212,7 +212,7 @@ class PathService {
 
     std::vector<std::uint8_t> size_of_type_;
     std::vector<Size> sizes_;
-    std::vector<motion::Timetable> timetables_;   // of the doors
+    motion::StaticGeometry statics_;              // its doors
     Tick next_turn_ = motion::Timetable::kNever;  // the next turn of any door
     std::vector<Asked> asked_;                    // by slot of the agent
     std::vector<Slot> answered_;

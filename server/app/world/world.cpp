@@ -44,8 +44,9 @@ proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
 std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
                                       ZoneId id,
                                       const std::shared_ptr<const world::TypeTable>& types,
+                                      const std::shared_ptr<const motion::DoorCourses>& doors,
                                       zone::Stopwatch stopwatch) {
-    zone::ZoneSettings of_zone = zone_settings(settings, id, types);
+    zone::ZoneSettings of_zone = zone_settings(settings, id, types, doors);
     std::unique_ptr<zone::Rules> rules = make_world_rules(settings.script, settings.rules, *types);
     const zone::FaultSettings faults = zone_faults(settings, id);
     if (faults != zone::FaultSettings{}) {
@@ -53,6 +54,15 @@ std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
             std::move(of_zone), faults, std::move(rules), stopwatch);
     }
     return std::make_unique<zone::Zone>(std::move(of_zone), std::move(rules), stopwatch);
+}
+
+/// Null where rules move no door.
+std::shared_ptr<motion::DoorCourses> courses_of(const config::Settings& settings) {
+    const bool any = std::any_of(
+        settings.doors.begin(), settings.doors.end(), [](const config::NamedDoor& named) {
+            return named.door.by_rules.has_value();
+        });
+    return any ? std::make_shared<motion::DoorCourses>(settings.doors.size()) : nullptr;
 }
 
 std::uint64_t hash_of(const config::Settings& settings) {
@@ -72,10 +82,11 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
       regions_(regions_of(settings)),
       teams_(regions_.size()),
       pool_(threads),
+      door_courses_(courses_of(settings)),
       faults_(make_world_faults(settings)) {
     const auto types = std::make_shared<const world::TypeTable>(settings.types);
     for (const zone::Region& region : regions_) {
-        zones_.push_back(make_zone(settings, region.id, types, stopwatch));
+        zones_.push_back(make_zone(settings, region.id, types, door_courses_, stopwatch));
         states_.push_back(&zones_.back()->state());
         compute::Team& team = teams_[zones_.size() - 1];
         team.join_pool(pool_);
@@ -83,7 +94,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
         zones_.back()->state().team = &team;
     }
     zone::join_paths(states_);
-    if (!settings.environment.empty()) {
+    if (!settings.environment.empty() || door_courses_) {
         environment_ = std::make_shared<clock::SharedEnvironment>(settings.environment,
                                                                   1.0 / settings.tick_rate_hz);
         environment_->begin(settings.environment);
@@ -314,7 +325,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     resolve_events(out);
     resolve_bursts(out);
     if (environment_) {
-        change_clocks(out);
+        change_environment(out);
         sync_environment(out);
     }
     for (const auto& zone : zones_) {

@@ -140,7 +140,7 @@ class World {
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
     // world_environment.cpp
-    void change_clocks(std::vector<mailbox::OutboxItem>& out);
+    void change_environment(std::vector<mailbox::OutboxItem>& out);
     void sync_environment(std::vector<mailbox::OutboxItem>& out);
     void send_environment(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
     void add_environment_truth(mailbox::AuditRecord& record) const;
@@ -165,9 +165,10 @@ class World {
     interest::Topics topics_;
     std::vector<interest::PastEvent> missed_;  // scratch
     compute::WorkerPool pool_;
+    std::shared_ptr<motion::DoorCourses> door_courses_;  // null: rules move no door
     Tick now_ = 0;
     std::shared_ptr<clock::SharedEnvironment>
-        environment_;  // null: the world has neither clocks nor variables
+        environment_;  // null: the world has no clocks, no variables, and no doors of the rules
     Tick environment_sync_ticks_ = 0;
     std::unique_ptr<const WorldFaults> faults_;  // null: the config has no `testing` settings
     std::vector<std::optional<StoppedZone>> fault_of_;  // by zone

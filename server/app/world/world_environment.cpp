@@ -6,7 +6,7 @@
 namespace zoned::app {
 
 /// Changes that rules asked for, in the order of the zones: the last one holds.
-void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
+void World::change_environment(std::vector<mailbox::OutboxItem>& out) {
     bool changed = false;
     for (const auto& zone : zones_) {
         for (const zone::ClockChange& change : zone->output().clocks) {
@@ -15,6 +15,9 @@ void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
             environment_->announce(change.clock,
                                    {change.from, value.value_or(0.0), change.rate_per_s});
             changed = true;
+        }
+        for (const zone::DoorChange& change : zone->output().doors) {
+            changed = door_courses_->announce(change.door, change.course, now_) || changed;
         }
     }
     if (changed) {
@@ -64,6 +67,14 @@ void World::send_environment(std::vector<ClientId> recipients,
             one.set_before(cursor->before);
         }
     }
+    for (std::uint32_t d = 0; door_courses_ && d < door_courses_->doors(); ++d) {
+        for (const motion::DoorCourse& course : door_courses_->from(d, now_)) {
+            proto::SharedEnvironment::DoorCourse& one = *update.add_doors();
+            one.set_door(d);
+            one.set_from(course.from);
+            one.set_open(course.open);
+        }
+    }
     mailbox::EventOut event;
     event.event = own_event_id();
     event.tick = now_;
@@ -80,6 +91,13 @@ void World::add_environment_truth(mailbox::AuditRecord& record) const {
     }
     for (std::size_t v = 0; v < environment_->variables(); ++v) {
         record.shared_variables.push_back(environment_->value_at(v, record.tick).value_or(0.0));
+    }
+    const auto& doors = states_.front()->settings.doors;
+    for (std::uint32_t d = 0; d < doors.size(); ++d) {
+        if (doors[d].by_rules) {
+            const bool open = door_courses_->open_at(d, record.tick).value_or(doors[d].starts_open);
+            record.doors.push_back(open ? 1 : 0);
+        }
     }
 }
 

@@ -37,8 +37,7 @@ motion::StaticBox around(const motion::StaticBox& box, const Vec3d& origin) {
 
 /// Static boxes, doors and surfaces that can be touched from within the region: those that overlap
 /// it, grown by a margin for ghosts and reach.
-std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settings& settings,
-                                                            const zone::Region& region) {
+motion::StaticGeometry local_statics(const config::Settings& settings, const zone::Region& region) {
     const Vec3d origin = region.origin();
     const auto margin = static_cast<double>(settings.ghost_margin_m);
     std::vector<motion::StaticBox> local;
@@ -50,7 +49,8 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settin
     std::vector<motion::Door> doors;
     for (const config::NamedDoor& named : settings.doors) {
         if (reaches(named.door.box, region, margin)) {
-            doors.push_back({around(named.door.box, origin), named.door.times});
+            motion::Door& door = doors.emplace_back(named.door);
+            door.box = around(door.box, origin);
         }
     }
     std::vector<motion::StaticSurface> surfaces;
@@ -59,11 +59,11 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settin
             surfaces.push_back(surface.around(origin));
         }
     }
-    return std::make_shared<const motion::StaticGeometry>(std::move(local),
-                                                          settings.ground_height_m,
-                                                          motion::kStaticCell_m,
-                                                          surfaces,
-                                                          std::move(doors));
+    return motion::StaticGeometry(std::move(local),
+                                  settings.ground_height_m,
+                                  motion::kStaticCell_m,
+                                  surfaces,
+                                  std::move(doors));
 }
 
 std::vector<zone::Trigger> local_triggers(const config::Settings& settings,
@@ -113,7 +113,8 @@ std::vector<zone::Region> regions_of(const config::Settings& settings) {
 
 zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  ZoneId id,
-                                 const std::shared_ptr<const world::TypeTable>& types) {
+                                 const std::shared_ptr<const world::TypeTable>& types,
+                                 const std::shared_ptr<const motion::DoorCourses>& doors) {
     zone::ZoneSettings z;
     z.id = id;
     z.regions = regions_of(settings);
@@ -132,7 +133,13 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.solids = settings.solids;
     z.outers = settings.outers;
     z.softs = settings.softs;
-    z.statics = local_statics(settings, z.region());
+    z.statics = std::make_shared<const motion::StaticGeometry>(
+        local_statics(settings, z.region()).with_courses(doors));
+    z.door_courses = doors;
+    for (const config::NamedDoor& named : settings.doors) {
+        z.doors.push_back(
+            {named.name, named.door.by_rules.has_value(), !named.door.times.open.empty()});
+    }
     z.triggers = local_triggers(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
     z.particles = settings.particles;

@@ -77,6 +77,9 @@ void World::serialize(Archive& archive) {
         if (environment_) {
             archive(*environment_);
         }
+        if (door_courses_) {
+            archive(*door_courses_);
+        }
     });
     if constexpr (Archive::kReads) {
         if (!archive.good()) {

@@ -181,6 +181,7 @@ void check_representation(const proto::config::Config& config,
 void check_types(const proto::config::Config& config, Diagnostics& diagnostics) {
     check_stances(config, diagnostics);
     check_fields(config, diagnostics);
+    check_levers(config, diagnostics);
     std::map<std::string, int> names;
     std::map<std::string, int> brains;
     for (int m = 0; m < config.brain_size(); ++m) {

@@ -168,6 +168,7 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
     out.brain = brain_of(config, type.brain());
     out.fields = expand_fields(config, type);
+    out.lever = expand_lever(type);
     return out;
 }
 

@@ -189,6 +189,38 @@ void check_fields(const proto::config::Config& config, Diagnostics& diagnostics)
     }
 }
 
+void check_levers(const proto::config::Config& config, Diagnostics& diagnostics) {
+    for (int t = 0; t < config.type_size(); ++t) {
+        const auto& type = config.type(t);
+        if (!type.has_lever()) {
+            continue;
+        }
+        const std::string path = join_path("", "type", t) + ".lever";
+        const std::string& name = type.lever().field();
+        const bool declared =
+            std::any_of(type.field().begin(), type.field().end(), [&](const DeclaredField& field) {
+                return field.name() == name && field.has_flag();
+            });
+        if (!declared) {
+            diagnostics.add(path + ".field",
+                            "'" + name + "' is no flag among the fields of the type");
+        }
+        if (type.has_assembly()) {
+            diagnostics.add(path, "a type of several bodies is no lever");
+        }
+    }
+}
+
+std::optional<world::Lever> expand_lever(const proto::config::Type& type) {
+    if (!type.has_lever()) {
+        return std::nullopt;
+    }
+    const auto& from = type.lever();
+    return world::Lever{static_cast<float>(from.reach_m()),
+                        static_cast<std::uint16_t>(1U << from.button()),
+                        wire::field_id(from.field())};
+}
+
 std::shared_ptr<const wire::FieldSchema> expand_fields(const proto::config::Config& config,
                                                        const proto::config::Type& type) {
     if (type.field_size() == 0) {

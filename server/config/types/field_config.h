@@ -2,9 +2,11 @@
 #pragma once
 
 #include "server/config/text/diagnostics.h"
+#include "server/world/entity_type.h"
 #include "shared/wire/declared/declared_fields.h"
 
 #include <memory>
+#include <optional>
 
 namespace zoned::proto::config {
 class Config;
@@ -15,6 +17,12 @@ namespace zoned::config {
 
 /// Kinds, ranges, initial values and names of the fields of all types.
 void check_fields(const proto::config::Config& config, Diagnostics& diagnostics);
+
+/// Fields and types of levers.
+void check_levers(const proto::config::Config& config, Diagnostics& diagnostics);
+
+/// None: players do not operate the type.
+std::optional<world::Lever> expand_lever(const proto::config::Type& type);
 
 /// Null: the type declares none, or has mistakes.
 std::shared_ptr<const wire::FieldSchema> expand_fields(const proto::config::Config& config,

@@ -106,6 +106,20 @@ motion::Timetable expand_times(const proto::config::Config& config,
     return out;
 }
 
+/// A door that rules move: one state for all times.
+motion::Timetable expand_start(const proto::config::Door& door,
+                               const std::string& path,
+                               Diagnostics& diagnostics) {
+    if (door.open_size() > 0 || door.has_period_s()) {
+        diagnostics.add(path, "is moved by rules: it has no times of its own");
+    }
+    motion::Timetable out;
+    if (door.starts_open()) {
+        out.open.push_back({0, out.period});
+    }
+    return out;
+}
+
 }  // namespace
 
 std::vector<NamedDoor> expand_doors(const proto::config::Config& config, Diagnostics& diagnostics) {
@@ -125,6 +139,14 @@ std::vector<NamedDoor> expand_doors(const proto::config::Config& config, Diagnos
             diagnostics.add(path, "a door has a box");
         } else {
             check_inside(config.world(), named.door.box, path + ".box", diagnostics);
+        }
+        if (door.moved_by() == proto::config::Door::RULES) {
+            named.door.times = expand_start(door, path, diagnostics);
+            named.door.by_rules = static_cast<std::uint32_t>(i);
+            continue;
+        }
+        if (door.has_starts_open()) {
+            diagnostics.add(path + ".starts_open", "is for doors with moved_by: RULES");
         }
         named.door.times = expand_times(config, door, path, diagnostics);
     }

@@ -100,6 +100,7 @@ void describe_door(const NamedDoor& from, proto::Door& out) {
         out.add_open(span.from);
         out.add_open(span.to);
     }
+    out.set_by_rules(from.door.by_rules.has_value());
 }
 
 /// All but the geometry itself.

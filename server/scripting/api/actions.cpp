@@ -185,6 +185,16 @@ int emit(lua_State* lua) {
                                   static_cast<std::uint32_t>(count)));
 }
 
+/// set_door(name, open, ahead_s)
+int set_door(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    return push_done(
+        lua,
+        context.set_door(name_argument(lua, 1, "name"),
+                         truth_argument(lua, 2, "open"),
+                         static_cast<double>(number_argument(lua, 3, "ahead_s", 1e6F))));
+}
+
 /// set_clock_rate(name, rate_per_s, ahead_s)
 int set_clock_rate(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
@@ -225,6 +235,7 @@ void open_actions(lua_State* lua) {
                                        {"set_stance", set_stance},
                                        {"emit", emit},
                                        {"set_clock_rate", set_clock_rate},
+                                       {"set_door", set_door},
                                        {"note_outcome", note_outcome},
                                        {"keep_awake", keep_awake},
                                        {nullptr, nullptr}};

@@ -356,6 +356,17 @@ int shared_value(lua_State* lua) {
     return 1;
 }
 
+/// door_open(name): of a door that rules move; nil where there is none.
+int door_open(lua_State* lua) {
+    const std::optional<bool> open = reading(lua).door_open(name_argument(lua, 1, "name"));
+    if (open) {
+        lua_pushboolean(lua, *open ? 1 : 0);
+    } else {
+        lua_pushnil(lua);
+    }
+    return 1;
+}
+
 /// particles_near(system, x, y, z, radius)
 int particles_near(lua_State* lua) {
     Interpreter::charge(lua, kParticleUnits);
@@ -412,6 +423,7 @@ void open_queries(lua_State* lua) {
                                        {"ray_cast_as_seen", ray_cast_as_seen},
                                        {"position_after", position_after},
                                        {"shared_value", shared_value},
+                                       {"door_open", door_open},
                                        {"particles_near", particles_near},
                                        {nullptr, nullptr}};
     luaL_setfuncs(lua, kFunctions, 0);

@@ -127,6 +127,7 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
     out.mutable_shared_clocks()->Add(record.shared_clocks.begin(), record.shared_clocks.end());
     out.mutable_shared_variables()->Add(record.shared_variables.begin(),
                                         record.shared_variables.end());
+    out.mutable_doors()->Add(record.doors.begin(), record.doors.end());
     return serialise(message);
 }
 

@@ -1,4 +1,5 @@
-// What passes between the rules of a game and their zone: events, contacts, readings and requests.
+// Records that pass between the rules of a game and their zone: events, contacts, readings,
+// requests.
 #pragma once
 
 #include "server/world/entities.h"
@@ -80,6 +81,13 @@ struct TriggerEvent {
     std::string_view trigger;  ///< its name
     EntityId entity;
     bool entered = false;
+};
+
+/// A player has used a lever (`type { lever { } }`), which has turned.
+struct LeverUse {
+    EntityId lever;
+    EntityId user;    ///< the avatar; may be another zone's
+    bool on = false;  ///< as it is now
 };
 
 /// An agent as it is after its last decision. The names are the config's, and good during the call.

@@ -191,23 +191,6 @@ std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) co
                : static_cast<world::Stance>(world::kFirstNamedStance + (it - own.begin()));
 }
 
-std::optional<double> ZoneContext::shared_value(std::string_view name) const {
-    const auto& environment = state_->settings.environment;
-    return environment ? environment->at(name, state_->now) : std::nullopt;
-}
-
-bool ZoneContext::set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
-    const auto& environment = state_->settings.environment;
-    const auto clock = environment ? environment->find_clock(name) : std::nullopt;
-    if (!clock || !std::isfinite(rate_per_s) || !(ahead_s >= 0.0 && ahead_s < 1e6)) {
-        return false;
-    }
-    const double ticks =
-        std::ceil(std::max(0.5, ahead_s) / static_cast<double>(state_->settings.dt));
-    state_->out.clocks.push_back({*clock, state_->now + static_cast<Tick>(ticks), rate_per_s});
-    return true;
-}
-
 RayResult ZoneContext::ray_cast(const Vec3& origin,
                                 const Vec3& direction,
                                 float max_distance,

@@ -39,6 +39,8 @@ class ZoneContext final : public RulesContext {
                                  const wire::FieldValue& value) override;
     [[nodiscard]] std::optional<double> shared_value(std::string_view name) const override;
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
+    bool set_door(std::string_view name, bool open, double ahead_s) override;
+    [[nodiscard]] std::optional<bool> door_open(std::string_view name) const override;
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;
 
     void parts_of(EntityId root, std::vector<EntityId>& out) const override;

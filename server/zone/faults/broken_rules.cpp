@@ -61,6 +61,10 @@ void BrokenRules::on_joint_broken(RulesContext& context, const BrokenJoint& join
     rules_->on_joint_broken(context, joint);
 }
 
+void BrokenRules::on_use(RulesContext& context, const LeverUse& use) {
+    rules_->on_use(context, use);
+}
+
 ContactWish BrokenRules::contact_wish(TypeIndex type) const {
     return rules_->contact_wish(type);
 }

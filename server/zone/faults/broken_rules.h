@@ -27,6 +27,7 @@ class BrokenRules final : public Rules {
                   std::uint16_t pressed) override;
     void on_contact(RulesContext& context, const EntityContact& contact) override;
     void on_joint_broken(RulesContext& context, const BrokenJoint& joint) override;
+    void on_use(RulesContext& context, const LeverUse& use) override;
     [[nodiscard]] ContactWish contact_wish(TypeIndex type) const override;
     [[nodiscard]] bool may_hear(const RulesContext& context,
                                 EntityId viewer,

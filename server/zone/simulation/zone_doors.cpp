@@ -59,7 +59,7 @@ void wake_resting(ZoneState& state) {
 
 bool stands_other(const ZoneState& state, std::uint32_t door) {
     const bool is_shut = static_cast<bool>(state.doors.body[door]);
-    return state.settings.statics->doors()[door].shut_at(state.now) != is_shut;
+    return state.settings.statics->shut_at(door, state.now) != is_shut;
 }
 
 }  // namespace
@@ -82,13 +82,10 @@ std::uint32_t doors_to_turn(const ZoneState& state) {
 
 std::uint32_t turn_doors(ZoneState& state) {
     std::uint32_t turned = 0;
-    state.doors.next_turn = motion::Timetable::kNever;
+    state.doors.next_turn = state.settings.statics->next_turn(state.now);
     for (std::uint32_t door = 0; door < state.doors.body.size(); ++door) {
-        const motion::Door& of_world = state.settings.statics->doors()[door];
-        state.doors.next_turn =
-            std::min(state.doors.next_turn, of_world.times.next_change(state.now));
         if (stands_other(state, door)) {
-            of_world.shut_at(state.now) ? shut(state, door) : open(state, door);
+            state.doors.body[door] ? open(state, door) : shut(state, door);
             ++turned;
         }
     }
@@ -113,7 +110,7 @@ bool ray_to_door(const ZoneState& state,
         const motion::Door& door = statics.doors()[d];
         float distance = 0.0F;
         Vec3 normal;
-        if (door.shut_at(tick) &&
+        if (statics.shut_at(d, tick) &&
             physics::cast_ray({physics::Shape::box(door.box.half_extents),
                                door.box.centre,
                                door.box.orientation.toRotationMatrix()},

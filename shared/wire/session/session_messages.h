@@ -284,6 +284,7 @@ struct AuditRecordMessage {
     std::vector<AuditEntityMessage> entities;
     std::vector<double> shared_clocks;
     std::vector<double> shared_variables;
+    std::vector<std::uint32_t> doors;
     std::vector<AuditUpdateMessage> updates;
     std::int64_t avatar_radii_tick = 0;
     std::int64_t updates_since = 0;
@@ -297,6 +298,7 @@ struct AuditRecordMessage {
         visit(6, m.entities);
         visit(60, m.shared_clocks);
         visit(61, m.shared_variables);
+        visit(62, m.doors);
         visit(85, m.updates);
         visit(86, m.avatar_radii_tick);
         visit(87, m.updates_since);

@@ -165,6 +165,7 @@ struct DoorMessage {
     std::int64_t period = 0;
     std::int64_t shift = 0;
     std::vector<std::int64_t> open;
+    bool by_rules = false;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.name);
@@ -172,6 +173,7 @@ struct DoorMessage {
         visit(3, m.period);
         visit(4, m.shift);
         visit(5, m.open);
+        visit(6, m.by_rules);
     }
 };
 
@@ -397,13 +399,27 @@ struct CursorMessage {
     }
 };
 
+struct DoorCourseMessage {
+    std::uint32_t door = 0;
+    std::int64_t from = 0;
+    bool open = false;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.door);
+        visit(2, m.from);
+        visit(3, m.open);
+    }
+};
+
 struct SharedEnvironmentMessage {
     std::vector<CourseMessage> courses;
     std::vector<CursorMessage> cursors;
+    std::vector<DoorCourseMessage> doors;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.courses);
         visit(2, m.cursors);
+        visit(3, m.doors);
     }
 };
 

@@ -137,7 +137,7 @@ TEST_P(AgentsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
         std::array<float, 7> farthest{};
         for (Tick tick = 0; tick < 30 * 24; ++tick) {
             place.field.step();
-            const bool shut = place.field.statics.doors()[0].shut_at(place.field.now - 1);
+            const bool shut = place.field.statics.shut_at(0, place.field.now - 1);
             for (std::uint32_t id = 1; id <= 6; ++id) {
                 const Vec3& at = place.field.position(id);
                 const bool in_wall =

@@ -62,7 +62,7 @@ class Yard {
     [[nodiscard]] bool in_wall(std::uint32_t id) {
         const Vec2 at = place(id);
         const bool doorway = std::abs(at.y()) < 1.5F;
-        const bool shut = field.statics.doors()[0].shut_at(field.now - 1);
+        const bool shut = field.statics.shut_at(0, field.now - 1);
         return std::abs(at.x()) < 0.2F && at.y() < 16.5F && (!doorway || shut);
     }
 

@@ -32,10 +32,10 @@ TEST(ReplicatedDoors, StandInTheGeometryOfEachZone) {
         ASSERT_EQ(zone.geometry.doors().size(), 1U);
         const motion::Door& door = zone.geometry.doors()[0];
         EXPECT_EQ(door.box.centre, (Vec3d(1, 2, 3) - zone.origin).cast<float>());
-        EXPECT_TRUE(door.shut_at(4));
-        EXPECT_FALSE(door.shut_at(5));
-        EXPECT_FALSE(door.shut_at(24));
-        EXPECT_TRUE(door.shut_at(25));
+        EXPECT_TRUE(zone.geometry.shut_at(0, 4));
+        EXPECT_FALSE(zone.geometry.shut_at(0, 5));
+        EXPECT_FALSE(zone.geometry.shut_at(0, 24));
+        EXPECT_TRUE(zone.geometry.shut_at(0, 25));
         EXPECT_EQ(door.times, world->doors[0].times);
     }
 }

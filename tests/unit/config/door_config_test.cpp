@@ -45,6 +45,43 @@ TEST(DoorsInConfigs, AreExpandedToTicksAndToldAtLogin) {
     EXPECT_EQ(parse(kValid).settings.ai.pathfinding.cell_m, 0.0F) << "no paths are planned";
 }
 
+TEST(DoorsInConfigs, OfRulesHaveOneStateAndNoTimes) {
+    const std::string door = R"(door { name: "cell" moved_by: RULES box { y_m: 1 } }
+)";
+    const Outcome shut = parse(door + kValid);
+    ASSERT_TRUE(shut.ok) << format_errors("test", shut.errors);
+    const motion::Door& cell = shut.settings.doors[0].door;
+    EXPECT_EQ(cell.by_rules, 0U);
+    EXPECT_FALSE(cell.times.open_at(12345));
+    const Outcome open = parse(with("RULES", "RULES starts_open: true", door + kValid));
+    ASSERT_TRUE(open.ok) << format_errors("test", open.errors);
+    EXPECT_TRUE(open.settings.doors[0].door.times.open_at(12345));
+    expect_single(with("RULES", "RULES open { from_s: 1 to_s: 2 }", door + kValid),
+                  "door { name: \"cell\"",
+                  "is moved by rules: it has no times of its own");
+    expect_single(with("  period_s: 10\n", "  period_s: 10 starts_open: true\n", kDoors + kValid),
+                  "starts_open",
+                  "is for doors with moved_by: RULES");
+}
+
+TEST(Levers, AreRefusedWithoutAFlagToTurn) {
+    const std::string lever =
+        R"(type { name: "lever" box { } aura_m { normal: 5 } field { name: "on" flag { } } lever { } }
+)";
+    const Outcome out = parse(kValid + lever);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const std::optional<world::Lever>& as = out.settings.types.back().lever;
+    ASSERT_TRUE(as.has_value());
+    EXPECT_EQ(as->button, 1U << 6U);
+    EXPECT_EQ(as->field, wire::field_id("on"));
+    expect_single(with("lever { }", "lever { field: \"off\" }", kValid + lever),
+                  "field: \"off\"",
+                  "'off' is no flag among the fields of the type");
+    expect_single(with("flag { }", "number { }", kValid + lever),
+                  "lever { }",
+                  "'on' is no flag among the fields of the type");
+}
+
 TEST(DoorsInConfigs, AreRefusedWhereTheyMakeNoSense) {
     const std::string text = kDoors + kValid;
     expect_single(with("name: \"shop\"", "name: \"gate\"", text),

@@ -168,6 +168,65 @@ TEST(Doors, PushOutWhoStandsInThemAtWalkingSpeedByTheShortestWay) {
     }
 }
 
+TEST(DoorCourses, HoldFromTheirTickOnAndReplaceThoseAfterThem) {
+    DoorCourses courses(2);
+    EXPECT_FALSE(courses.open_at(0, 5).has_value()) << "as the timetable says";
+    EXPECT_TRUE(courses.announce(0, {10, true}, 0));
+    EXPECT_TRUE(courses.announce(0, {20, false}, 0));
+    EXPECT_TRUE(courses.announce(0, {20, false}, 0)) << "twice changes nothing";
+    EXPECT_FALSE(courses.open_at(0, 9).has_value());
+    EXPECT_EQ(courses.open_at(0, 10), true);
+    EXPECT_EQ(courses.open_at(0, 19), true);
+    EXPECT_EQ(courses.open_at(0, 20), false);
+    EXPECT_FALSE(courses.open_at(1, 20).has_value());
+    ASSERT_EQ(courses.from(0, 12).size(), 2U) << "the one that holds, and the next";
+    EXPECT_TRUE(courses.announce(0, {15, false}, 0));
+    EXPECT_EQ(courses.open_at(0, 17), false);
+    EXPECT_EQ(courses.from(0, 15).size(), 1U) << "the one for tick 20 was replaced";
+}
+
+TEST(DoorCourses, ForgetTheOldestAndRefuseMoreAheadThanTheyKeep) {
+    constexpr Tick kMost = DoorCourses::kMostCourses;
+    DoorCourses courses(1);
+    for (Tick t = 1; t <= kMost; ++t) {
+        EXPECT_TRUE(courses.announce(0, {t, t % 2 == 0}, 0)) << t;
+    }
+    EXPECT_FALSE(courses.announce(0, {kMost + 1, true}, 0)) << "the first must be kept";
+    EXPECT_EQ(courses.open_at(0, kMost + 1), true) << "a refused one changes nothing";
+    EXPECT_FALSE(courses.announce(0, {kMost + 1, true}, 1)) << "the first holds now";
+    EXPECT_TRUE(courses.announce(0, {kMost + 1, true}, 2));
+    EXPECT_FALSE(courses.open_at(0, 1).has_value()) << "forgotten";
+    for (Tick t = 2; t <= kMost; ++t) {
+        EXPECT_EQ(courses.open_at(0, t), t % 2 == 0);
+    }
+}
+
+TEST(Doors, ThatRulesMoveAreAsTheirCoursesSay) {
+    Door bridge;
+    bridge.box.centre = Vec3(0.0F, 3.9F, 0.0F);
+    bridge.box.half_extents = Vec3(2.0F, 0.1F, 2.0F);
+    bridge.times = table(1, 0, {});
+    bridge.by_rules = 3;  // of the world
+    const auto courses = std::make_shared<DoorCourses>(4);
+    const StaticGeometry untold({}, 0.0F, kStaticCell_m, {}, {bridge});
+    const StaticGeometry told = untold.with_courses(courses);
+    courses->announce(3, {10, true}, 0);
+    EXPECT_TRUE(told.shut_at(0, 9));
+    EXPECT_FALSE(told.shut_at(0, 10));
+    EXPECT_TRUE(untold.shut_at(0, 10)) << "copies share the boxes, not what they were told";
+    EXPECT_FALSE(told.shut_at(0, kAllDoorsOpen));
+    EXPECT_EQ(told.next_turn(4), 5) << "a course may come in any tick";
+    CharacterState state = standing_at(0.0F, 0.0F);
+    state.position.y() = 4.0F + kStand + kSkin;
+    for (Tick tick = 0; tick < 60; ++tick) {
+        state = apply_input(state, go(0, 0), kLimits, told, kDt, tick);
+        if (tick < 10) {
+            ASSERT_NEAR(state.position.y(), 4.0F + kStand, 2.0F * kSkin);
+        }
+    }
+    EXPECT_FLOAT_EQ(state.position.y(), kStand);
+}
+
 TEST(Doors, DropWhoStandsOnThemWhenTheyOpen) {
     // A bridge, over ground four metres below.
     Door bridge;

@@ -1,0 +1,73 @@
+// Shared clocks, variables and doors: the same in all zones, read and changed by rules.
+#include "server/zone/context/zone_context.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Announced so far ahead, a change reaches clients in time.
+constexpr double kLeastAhead_s = 0.5;
+constexpr double kMostAhead_s = 1e6;
+
+/// The tick from which on a change holds; none where the time is out of range.
+std::optional<Tick> announced_tick(const ZoneState& state, double ahead_s) {
+    if (!(ahead_s >= 0.0 && ahead_s < kMostAhead_s)) {
+        return std::nullopt;
+    }
+    const double ticks =
+        std::ceil(std::max(kLeastAhead_s, ahead_s) / static_cast<double>(state.settings.dt));
+    return state.now + static_cast<Tick>(ticks);
+}
+
+/// The number of a door that rules move; none where there is none of that name.
+std::optional<std::uint32_t> find_door(const ZoneSettings& settings, std::string_view name) {
+    for (std::uint32_t door = 0; door < settings.doors.size(); ++door) {
+        if (settings.doors[door].by_rules && settings.doors[door].name == name) {
+            return settings.door_courses ? std::optional(door) : std::nullopt;
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> ZoneContext::shared_value(std::string_view name) const {
+    const auto& environment = state_->settings.environment;
+    return environment ? environment->at(name, state_->now) : std::nullopt;
+}
+
+bool ZoneContext::set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
+    const auto& environment = state_->settings.environment;
+    const auto clock = environment ? environment->find_clock(name) : std::nullopt;
+    const std::optional<Tick> from = announced_tick(*state_, ahead_s);
+    if (!clock || !std::isfinite(rate_per_s) || !from) {
+        return false;
+    }
+    state_->out.clocks.push_back({*clock, *from, rate_per_s});
+    return true;
+}
+
+bool ZoneContext::set_door(std::string_view name, bool open, double ahead_s) {
+    const std::optional<std::uint32_t> door = find_door(state_->settings, name);
+    const std::optional<Tick> from = announced_tick(*state_, ahead_s);
+    if (!door || !from ||
+        !state_->settings.door_courses->has_room(*door, {*from, open}, state_->now)) {
+        return false;
+    }
+    state_->out.doors.push_back({*door, {*from, open}});
+    return true;
+}
+
+std::optional<bool> ZoneContext::door_open(std::string_view name) const {
+    const std::optional<std::uint32_t> door = find_door(state_->settings, name);
+    if (!door) {
+        return std::nullopt;
+    }
+    return state_->settings.door_courses->open_at(*door, state_->now)
+        .value_or(state_->settings.doors[*door].starts_open);
+}
+
+}  // namespace zoned::zone
