@@ -49,29 +49,25 @@ local function is_target(entity)
   return client_of(entity) or type_of(entity) == "wanderer"
 end
 
-local function die(entity, own, by)
+local function die(entity, by)
   announce(entity, KILLED, encode({ killer = by, killed = entity }, "1 int killer, 2 int killed"))
-  local x, y, z = position(entity)
-  own.home = own.home or { x, y, z }
   if is_owned(by) then set_field(by, "kills", field(by, "kills") + 1) end
   hide(entity)
   start_timer(entity, RESPAWN_S, BACK)
 end
 
 local function hurt(entity, by, damage)
-  local own = entity_state(entity)
   if is_hidden(entity) then return end
   local left = math.max(field(entity, "health") - damage, 0)
   set_field(entity, "health", left)
   announce(entity, HIT, encode({ shooter = by, target = entity, damage = damage, left = left },
     "1 int shooter, 2 int target, 3 int damage, 4 int left"))
-  if left == 0 then die(entity, own, by) end
+  if left == 0 then die(entity, by) end
 end
 
 function on_timer(timer, entity)   -- BACK is the only kind
-  local ox, oy, oz = origin()
-  local home = entity_state(entity).home
-  show(entity, home[1] - ox, home[2] - oy, home[3] - oz)
+  local x, y, z = freest_spawn()
+  show(entity, x, y, z)
   set_field(entity, "health", FULL_HEALTH)
   announce(entity, RESPAWNED, encode({ entity = entity }, "1 int entity"))
 end
@@ -158,10 +154,8 @@ end
 -- ---------------------------------------------------------------- callbacks
 
 function on_join(client, avatar, name)
-  local x, y, z = position(avatar)
-  local ox, oy, oz = origin()
   local own = entity_state(avatar)
-  own.name, own.items, own.home = name, {}, { x + ox, y + oy, z + oz }
+  own.name, own.items = name, {}
   subscribe(client, "world")   -- first, so that a client hears of its own arrival
   publish("world", JOINED, name_event(client, avatar, name))
 end

@@ -159,9 +159,9 @@ struct Settings {
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
     std::vector<PlacedJoint> placed_joints;
-    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
-                                      ///< the centre of the tallest character without an agent
-                                      ///< stands
+    std::vector<zone::SpawnPoint> spawn_points;   ///< at least one; players are spread over them; y
+                                                  ///< is where the centre of the tallest character
+                                                  ///< without an agent stands
     std::vector<zone::ParticleSource> particles;  ///< simulated ones
     std::vector<CosmeticSystem> cosmetics;
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of the systems with a burst

@@ -25,6 +25,7 @@ void push_globals(lua_State* lua, const zone::RulesSettings& rules) {
     open_libraries(lua);
     open_state(lua);
     open_queries(lua);
+    open_places(lua);
     open_actions(lua);
     open_joints(lua);
     open_agents(lua);

@@ -118,6 +118,22 @@ struct EntityType {
         return radius;
     }
 
+    /// Half of the box that holds the shape as it stands, m.
+    [[nodiscard]] Vec3 half_size() const {
+        switch (shape) {
+            case TypeShape::kBox:
+                return half_extents;
+            case TypeShape::kCapsule:
+                return {radius, radius + half_segment, radius};
+            case TypeShape::kSphere:
+                break;
+            case TypeShape::kSolid:
+            case TypeShape::kSoft:
+                return 0.5F * (standing.upper - standing.lower);
+        }
+        return Vec3::Constant(radius);
+    }
+
     /// Spawned, it comes with all parts of its assembly.
     [[nodiscard]] bool is_root() const { return assembly != 0 && part == 0; }
 

@@ -5,6 +5,7 @@
 #include "server/world/entities.h"
 #include "server/zone/assemblies/assembly_state.h"
 #include "server/zone/context/rules_records.h"
+#include "server/zone/context/spawn_points.h"
 #include "shared/core/ids.h"
 #include "shared/core/rng.h"
 #include "shared/motion/input_command.h"
@@ -81,6 +82,19 @@ class RulesContext {
         return {};
     }
 
+    /// The spawn points of the config, of all zones.
+    [[nodiscard]] virtual std::span<const SpawnPoint> spawn_points() const { return {}; }
+
+    /// Of a team's points (zone::spawn_points_of) the one that is farthest from all players: of
+    /// this zone, or of the world where the team has none here. nullptr: there is no point at all.
+    [[nodiscard]] virtual const SpawnPoint* freest_spawn(std::string_view team) const {
+        (void)team;
+        return nullptr;
+    }
+
+    /// Zone-local coordinates of a place of the world.
+    [[nodiscard]] Vec3 local(const Vec3d& place) const { return (place - origin()).cast<float>(); }
+
     /// A type of several bodies comes with all its parts; the id is that of the root.
     virtual EntityId spawn(const SpawnDef& def) = 0;
     /// With the root of an assembly go all its parts that this zone owns.
@@ -137,14 +151,18 @@ class RulesContext {
     /// The stance of that name: one of the four that every world has, or of those that the
     /// config names.
     [[nodiscard]] virtual std::optional<world::Stance> stance_named(std::string_view name) const {
-        constexpr std::array<std::string_view, world::kFirstNamedStance> kNames = {
-            "normal", "idle", "running", "riding"};
-        for (std::size_t i = 0; i < kNames.size(); ++i) {
-            if (kNames[i] == name) {
+        for (std::size_t i = 0; i < kStanceNames.size(); ++i) {
+            if (kStanceNames[i] == name) {
                 return static_cast<world::Stance>(i);
             }
         }
         return std::nullopt;
+    }
+
+    /// The name of a stance; empty: the world has no such one.
+    [[nodiscard]] virtual std::string_view stance_name(world::Stance stance) const {
+        const auto at = static_cast<std::size_t>(stance);
+        return at < kStanceNames.size() ? kStanceNames[at] : std::string_view();
     }
 
     // Joints, assemblies and riders. Zones own what hangs together as a whole.

@@ -10,6 +10,7 @@
 #include "server/replication/replication_settings.h"
 #include "server/world/entity_type.h"
 #include "server/zone/assemblies/assembly_def.h"
+#include "server/zone/context/spawn_points.h"
 #include "server/zone/context/triggers.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
@@ -129,6 +130,7 @@ struct ZoneSettings {
     std::shared_ptr<const motion::StaticGeometry> statics;    ///< zone-local
     std::vector<DoorName> doors;                              ///< of the whole world
     std::shared_ptr<const motion::DoorCourses> door_courses;  ///< of `doors`; null: rules move none
+    std::vector<SpawnPoint> spawn_points;                     ///< of the whole world
     std::vector<Trigger> triggers;                            ///< zone-local
     std::vector<SurfaceBody> surfaces;                        ///< those of `statics`, zone-local
     std::vector<ParticleSource> particles;                    ///< simulated ones, of all zones

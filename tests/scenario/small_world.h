@@ -52,7 +52,7 @@ inline config::Settings small_world(int columns, int rows, double zone_m) {
             s.zones.push_back(region);
         }
     }
-    s.spawn_points = {Vec3d(0.5, 0.9, 0.5)};
+    s.spawn_points = {{Vec3d(0.5, 0.9, 0.5), "", ""}};
     s.interest.lod_radius_m = {30.0F};
     s.replication.lods = {{0.05F, 0.1F}, {0.5F, 0.3F}};
     s.audit.enabled = true;

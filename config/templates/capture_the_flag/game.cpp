@@ -58,7 +58,7 @@ class CaptureTheFlag final : public zone::Rules {
         Player player{request.name, team_for(request.team)};
         zone::SpawnDef def;
         def.type = context.type_named("player");
-        def.position = home(player.team) + Vec3(0.0F, 0.4F, context.rng().range(-8.0F, 8.0F));
+        def.position = context.local(context.freest_spawn(kTeamNames[player.team])->position);
         def.client = request.client;
         const EntityId avatar = context.spawn(def);
         context.set_field(avatar, kTeam, std::string_view(kTeamNames[player.team]));

@@ -164,11 +164,12 @@ std::size_t World::spawn_zone(mailbox::Join& join) const {
             return zone;
         }
     }
+    const std::vector<const zone::SpawnPoint*> points =
+        zone::spawn_points_of(spawn_points_, join.team);
     // Clients come with consecutive numbers: a stride that is coprime to most list lengths spreads
     // them over the map.
-    for (std::size_t k = 0; k < spawn_points_.size(); ++k) {
-        const Vec3d& point =
-            spawn_points_[(join.client.value * 7919ULL + k) % spawn_points_.size()];
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Vec3d& point = points[(join.client.value * 7919ULL + k) % points.size()]->position;
         const std::size_t zone = zone_at(point.x(), point.z());
         ZONED_ASSERT(zone < zones_.size(), "spawn points were checked to lie in a zone");
         if (runs(zone)) {

@@ -154,7 +154,7 @@ class World {
     std::uint64_t config_hash_ = 0;  // snapshots belong to one config
     zone::RulesSettings rules_settings_;
     std::optional<scripting::ScriptSettings> script_;  // none: the linked rules
-    std::vector<Vec3d> spawn_points_;
+    std::vector<zone::SpawnPoint> spawn_points_;
     std::vector<zone::Region> regions_;
     std::vector<compute::Team>
         teams_;  // of the zones: a thread without a zone to step helps another

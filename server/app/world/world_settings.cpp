@@ -141,6 +141,7 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
             {named.name, named.door.by_rules.has_value(), !named.door.times.open.empty()});
     }
     z.triggers = local_triggers(settings, z.region());
+    z.spawn_points = settings.spawn_points;
     z.surfaces = local_surfaces(settings, z.region());
     z.particles = settings.particles;
     z.cosmetic_bursts = settings.cosmetic_bursts;

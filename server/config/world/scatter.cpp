@@ -162,7 +162,8 @@ class Placer {
           terrain_(terrain),
           settings_(settings),
           diagnostics_(diagnostics) {
-        for (const Vec3d& point : settings.spawn_points) {
+        for (const zone::SpawnPoint& spawn : settings.spawn_points) {
+            const Vec3d& point = spawn.position;
             occupied_.add(
                 static_cast<float>(point.x()), static_cast<float>(point.z()), kSpawnRadius_m);
         }
@@ -432,9 +433,15 @@ void place_spawn_points(const proto::config::Config& config,
                         Diagnostics& diagnostics) {
     const auto& world = config.world();
     const float stand = avatar_half_height(settings.types) + kClearance_m;
+    std::set<std::string> names;
     for (int i = 0; i < config.spawn_size(); ++i) {
         const auto& point = config.spawn(i);
         const std::string path = join_path("", "spawn", i);
+        if (point.has_name() && check_name(point.name(), "a spawn point", path, diagnostics) &&
+            !names.insert(point.name()).second) {
+            diagnostics.add(path + ".name",
+                            "'" + point.name() + "' is the name of another spawn point");
+        }
         if (!point.has_x_m() || !point.has_z_m()) {
             diagnostics.add(path, "a spawn point needs x_m and z_m");
             continue;
@@ -455,7 +462,8 @@ void place_spawn_points(const proto::config::Config& config,
             continue;
         }
         const float floor = sloped ? terrain.highest(x, z, kSpawnDisc_m) : terrain.height(x, z);
-        settings.spawn_points.emplace_back(point.x_m(), floor + stand, point.z_m());
+        settings.spawn_points.push_back(
+            {Vec3d(point.x_m(), floor + stand, point.z_m()), point.name(), point.team()});
     }
 }
 

@@ -10,11 +10,6 @@ namespace {
 constexpr std::size_t kReadUnits = 20;
 constexpr std::size_t kCommandUnits = 200;
 
-void set_text(lua_State* lua, const char* field, std::string_view text) {
-    push_text(lua, text);
-    lua_setfield(lua, -2, field);
-}
-
 /// agent(id): { brain, state, action, target, x, y, z }, the last of its home; nil without one.
 int agent(lua_State* lua) {
     const auto reading_of = reading(lua).agent(entity_argument(lua, 1));

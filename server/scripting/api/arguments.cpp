@@ -197,6 +197,11 @@ void push_text(lua_State* lua, std::string_view text) {
     lua_pushlstring(lua, text.data(), text.size());
 }
 
+void set_text(lua_State* lua, const char* field, std::string_view text) {
+    push_text(lua, text);
+    lua_setfield(lua, -2, field);
+}
+
 int push_done(lua_State* lua, bool was_done) {
     lua_pushboolean(lua, was_done ? 1 : 0);
     return 1;

@@ -61,6 +61,8 @@ void push_vector(lua_State* lua, const Vec3& vector);
 /// Nil for nobody.
 void push_entity(lua_State* lua, EntityId entity);
 void push_text(lua_State* lua, std::string_view text);
+/// Into the table at the top of the stack.
+void set_text(lua_State* lua, const char* field, std::string_view text);
 /// The one result of functions that say whether they did something.
 int push_done(lua_State* lua, bool was_done);
 

@@ -37,6 +37,8 @@ zone::RulesContext& changing(lua_State* lua);
 void open_state(lua_State* lua);
 /// Functions that read: entities, types, the zone and its time.
 void open_queries(lua_State* lua);
+/// Functions that read: spawn points, entities by type, properties of types.
+void open_places(lua_State* lua);
 /// Functions that change entities.
 void open_actions(lua_State* lua);
 /// Joints, motors, forces and seats.

@@ -5,6 +5,7 @@
 #include "server/world/entities.h"
 #include "shared/core/ids.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,6 +24,12 @@ inline constexpr std::uint16_t kFirstRulesEvent = 16;
 
 /// Free-form settings of the rules from the config (`rules { name: "..." value: "..." }`).
 using RulesSettings = std::vector<std::pair<std::string, std::string>>;
+
+/// Of the stances that every world has.
+inline constexpr std::array<std::string_view, world::kFirstNamedStance> kStanceNames = {"normal",
+                                                                                        "idle",
+                                                                                        "running",
+                                                                                        "riding"};
 
 /// The entity to spawn. Positions are zone-local, m.
 struct SpawnDef {

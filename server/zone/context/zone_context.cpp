@@ -191,6 +191,14 @@ std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) co
                : static_cast<world::Stance>(world::kFirstNamedStance + (it - own.begin()));
 }
 
+std::string_view ZoneContext::stance_name(world::Stance stance) const {
+    const auto at = static_cast<std::size_t>(stance);
+    const std::size_t own = at - world::kFirstNamedStance;
+    return at >= world::kFirstNamedStance && own < state_->settings.stances.size()
+               ? std::string_view(state_->settings.stances[own])
+               : RulesContext::stance_name(stance);
+}
+
 RayResult ZoneContext::ray_cast(const Vec3& origin,
                                 const Vec3& direction,
                                 float max_distance,

@@ -41,7 +41,17 @@ class ZoneContext final : public RulesContext {
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
     bool set_door(std::string_view name, bool open, double ahead_s) override;
     [[nodiscard]] std::optional<bool> door_open(std::string_view name) const override;
+
+    [[nodiscard]] std::span<const SpawnPoint> spawn_points() const override {
+        return state_->settings.spawn_points;
+    }
+
+    [[nodiscard]] const SpawnPoint* freest_spawn(std::string_view team) const override {
+        return spawn_points().empty() ? nullptr : &freest_spawn_point(*state_, team);
+    }
+
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;
+    [[nodiscard]] std::string_view stance_name(world::Stance stance) const override;
 
     void parts_of(EntityId root, std::vector<EntityId>& out) const override;
     [[nodiscard]] EntityId assembly_root(EntityId part) const override;

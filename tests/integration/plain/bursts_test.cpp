@@ -31,7 +31,10 @@ class Sparkling {
   public:
     Sparkling(config::Settings settings, const std::vector<Vec3d>& players) {
         plain_log() = std::make_shared<scenario::PlainLog>();
-        settings.spawn_points = players;
+        settings.spawn_points.clear();
+        for (const Vec3d& player : players) {
+            settings.spawn_points.push_back({player, "", ""});
+        }
         world_.emplace(settings, 1);
         std::vector<mailbox::InboxItem> joins;
         // A client's number chooses its spawn point: as many as it takes until each has one.

@@ -62,7 +62,7 @@ class Weathered {
 TEST(SharedEnvironment, ShowsTheSameInAllZonesAndToTheRules) {
     // One player in either zone: rules of empty zones need not run.
     config::Settings settings = with_weather();
-    settings.spawn_points = {Vec3d(-20.0, 0.9, 0.0), Vec3d(20.0, 0.9, 0.0)};
+    settings.spawn_points = {{Vec3d(-20.0, 0.9, 0.0), "", ""}, {Vec3d(20.0, 0.9, 0.0), "", ""}};
     Weathered w(settings);
     std::map<Tick, std::vector<double>> seen;
     plain_log()->each_tick = [&](zone::RulesContext& context) {

@@ -31,7 +31,7 @@ class WithHistory {
         plain_log() = std::make_shared<scenario::PlainLog>();
         config::Settings s = scenario::small_world(2, 1, 120.0);
         s.server.topics = {{"news/*", events, bytes}};
-        s.spawn_points = {Vec3d(-30.0, 0.9, 0.0), Vec3d(30.0, 0.9, 0.0)};
+        s.spawn_points = {{Vec3d(-30.0, 0.9, 0.0), "", ""}, {Vec3d(30.0, 0.9, 0.0), "", ""}};
         world_.emplace(s, 1);
     }
 

@@ -21,7 +21,7 @@ namespace {
 config::Settings walled(world::VisibilityFilter visibility_filter) {
     config::Settings s = scenario::small_world(1, 1, 100.0);
     s.types[scenario::kCrate].visibility_filter = visibility_filter;
-    s.spawn_points = {Vec3d(0.0, 0.9, 0.0)};
+    s.spawn_points = {{Vec3d(0.0, 0.9, 0.0), "", ""}};
     motion::StaticBox wall;
     wall.centre = Vec3(5.0F, 2.0F, 0.0F);
     wall.half_extents = Vec3(0.2F, 2.0F, 4.0F);

@@ -37,7 +37,7 @@ TEST(Set, AppendsWithTheIndexAfterTheLast) {
     const Outcome out = parse(kValid, {"spawn[1].x_m=7", "spawn[1].z_m=8"});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     ASSERT_EQ(out.settings.spawn_points.size(), 2u);
-    EXPECT_EQ(out.settings.spawn_points[1].x(), 7.0);
+    EXPECT_EQ(out.settings.spawn_points[1].position.x(), 7.0);
 }
 
 TEST(Set, TakesBlocksListsAndTextWithSpecialSigns) {
@@ -58,7 +58,7 @@ TEST(Set, ReplacesAWholeElementInItsPlace) {
     const Outcome out = parse(kValid, {"spawn[0]={x_m: 9 z_m: 9}", "spawn[1]={x_m: 3 z_m: 3}"});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     ASSERT_EQ(out.settings.spawn_points.size(), 2u);
-    EXPECT_EQ(out.settings.spawn_points[0].x(), 9.0);
+    EXPECT_EQ(out.settings.spawn_points[0].position.x(), 9.0);
 }
 
 TEST(Set, ClearsWithAnEmptyValue) {

@@ -70,7 +70,7 @@ TEST(ReloadPlan, TakesBrainsAndLeavesTheRestForARestart) {
     EXPECT_EQ(plan.brains->brains[0].states[0].transitions[0].threshold, 30.0F);
     // The settings that run are without what waits.
     ASSERT_NE(plan.merged, nullptr);
-    EXPECT_EQ(plan.merged->spawn_points[0].x(), 1.0);
+    EXPECT_EQ(plan.merged->spawn_points[0].position.x(), 1.0);
 }
 
 TEST(ReloadPlan, NamesEntriesThatCameOrWent) {

@@ -246,7 +246,7 @@ spawn { x_m: 10 z_m: 5 })");
         EXPECT_LT(above, 0.25);
         EXPECT_FALSE(e.asleep) << "it hangs over the slope and has to come to rest";
     }
-    const Vec3d& spawn = out.settings.spawn_points.back();
+    const Vec3d& spawn = out.settings.spawn_points.back().position;
     EXPECT_NEAR(spawn.y(), cone(10.0, 5.0) + 0.9, 0.2);
     // Without a slope allowed, nothing on the cone is level.
     const auto level = load(kHill,

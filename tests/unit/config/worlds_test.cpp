@@ -102,7 +102,8 @@ TEST(Valley, HasSpawnPointsNearBothBordersAndInAllZones) {
     int near_x = 0;
     int near_z = 0;
     std::set<std::string> zones;
-    for (const Vec3d& p : valley().spawn_points) {
+    for (const zone::SpawnPoint& spawn : valley().spawn_points) {
+        const Vec3d& p = spawn.position;
         near_x += std::abs(p.x()) < 15.0 ? 1 : 0;
         near_z += std::abs(p.z()) < 15.0 ? 1 : 0;
         for (const ZoneRegion& zone : valley().zones) {

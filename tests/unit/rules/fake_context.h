@@ -149,6 +149,16 @@ class FakeContext : public zone::RulesContext {
 
     void pass_tick() { ++now_; }
 
+    std::vector<zone::SpawnPoint> spawns;  ///< for tests
+
+    [[nodiscard]] std::span<const zone::SpawnPoint> spawn_points() const override { return spawns; }
+
+    /// The first of the team's.
+    [[nodiscard]] const zone::SpawnPoint* freest_spawn(std::string_view team) const override {
+        const auto points = zone::spawn_points_of(spawns, team);
+        return points.empty() ? nullptr : points.front();
+    }
+
     /// Due timers, in the order in which they were started; they are gone with it.
     std::vector<zone::DueTimer> take_due() {
         std::vector<zone::DueTimer> due;

@@ -52,6 +52,7 @@ class Arena : public ::testing::Test {
 };
 
 TEST_F(Arena, KillsAndBringsBack) {
+    zone.spawns = {{Vec3d(7.0, 1.0, 3.0), "", ""}};
     shoot(3);
     EXPECT_FALSE(zone.hidden(second));
     EXPECT_EQ(number(second, "health"), 25.0);
@@ -71,7 +72,7 @@ TEST_F(Arena, KillsAndBringsBack) {
     zone.restart();  // a fresh interpreter goes on
     zone.tick(91);
     EXPECT_FALSE(zone.hidden(second));
-    EXPECT_EQ(zone.position(second), Vec3(10.0F, 0.0F, 0.0F));
+    EXPECT_EQ(zone.position(second), Vec3(7.0F, 1.0F, 3.0F)) << "at the freest spawn point";
     EXPECT_EQ(number(second, "health"), 100.0);
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_RESPAWN).size(), 1u);
     EXPECT_TRUE(zone.timers.empty());
