@@ -10,6 +10,7 @@ namespace zoned::scripting {
 
 enum class Callback : std::uint8_t {
     kStart,
+    kStop,
     kJoin,
     kLeave,
     kCommand,
@@ -26,9 +27,10 @@ enum class Callback : std::uint8_t {
     kMayHear,
 };
 
-inline constexpr std::array<std::string_view, 15> kCallbackNames{
-    "on_start",         // ()                     in the first tick of a zone's life
-    "on_join",          // (client, avatar, name, team, account)
+inline constexpr std::array<std::string_view, 16> kCallbackNames{
+    "on_start",  // ()                     in the first tick of a zone's life
+    "on_stop",  // ()                     after the last tick; reads, store_put, store_remove, print
+    "on_join",  // (client, avatar, name, team, account)
     "on_leave",         // (client, avatar)       it still stands there; nobody despawns it
     "on_command",       // (client, avatar, kind, payload)
     "on_input",         // (avatar, move_x, move_z, buttons, pressed, yaw, pitch)

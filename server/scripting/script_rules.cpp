@@ -3,6 +3,7 @@
 #include "server/scripting/api/arguments.h"
 #include "server/scripting/loaded_script.h"
 #include "server/scripting/state/state_bytes.h"
+#include "server/zone/context/stop_context.h"
 #include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
@@ -161,6 +162,25 @@ std::uint64_t ScriptRules::errors() const {
 
 void ScriptRules::on_start(zone::RulesContext& context) {
     call(context, Callback::kStart, [](lua_State*) { return 0; });
+}
+
+void ScriptRules::on_stop(zone::StopContext& context) const {
+    if (!is_called(Callback::kStop)) {
+        return;
+    }
+    // As may_hear it changes nothing, and counts for no tick.
+    const Lent lent(*host_, const_cast<zone::RulesContext&>(context.zone()), false);
+    host_->stop = &context;
+    script_->budget().tick_instructions = settings_.limits.instructions_per_tick;
+    const auto error = script_->call(
+        Callback::kStop,
+        settings_.limits.instructions_per_call,
+        [](lua_State*) { return 0; },
+        [](lua_State*) {});
+    host_->stop = nullptr;
+    if (error) {
+        log_error(Callback::kStop, *error);
+    }
 }
 
 EntityId ScriptRules::on_join(zone::RulesContext& context, const zone::JoinRequest& request) {

@@ -29,6 +29,7 @@ class ScriptRules final : public zone::Rules {
     ~ScriptRules() override;
 
     void on_start(zone::RulesContext& context) override;
+    void on_stop(zone::StopContext& context) const override;
     EntityId on_join(zone::RulesContext& context, const zone::JoinRequest& request) override;
     void on_leave(zone::RulesContext& context, ClientId client, EntityId avatar) override;
     void on_command(zone::RulesContext& context,

@@ -12,6 +12,8 @@
 
 namespace zoned::zone {
 
+class StopContext;
+
 struct JoinRequest {
     ClientId client;
     std::string name;
@@ -30,6 +32,11 @@ class Rules {
     /// Once in the life of a zone, in its first tick and before any other call; not again where the
     /// zone comes back from a snapshot.
     virtual void on_start(RulesContext& context) { (void)context; }
+
+    /// Once, when the server ends in an orderly way (a signal, `--seconds`, a drained server):
+    /// after the last tick, and in the order of the zones. Changes nothing: a replay, a recovered
+    /// zone and one that stopped after a fault do not call it.
+    virtual void on_stop(StopContext& context) const { (void)context; }
 
     /// Spawns and returns the avatar (with SpawnDef::client set).
     virtual EntityId on_join(RulesContext& context, const JoinRequest& request) = 0;

@@ -8,6 +8,7 @@
 #include "server/zone/border/handoff.h"
 #include "server/zone/census.h"
 #include "server/zone/context/levers.h"
+#include "server/zone/context/stop_context.h"
 #include "server/zone/context/zone_context.h"
 #include "server/zone/inbox.h"
 #include "server/zone/simulation/character_movement.h"
@@ -216,6 +217,12 @@ void Zone::publish_ghosts() {
         export_ghosts(*state_, changed);
         return 0U;
     });
+}
+
+void Zone::stop() {
+    state_->out.clear();
+    StopContext context(*state_);
+    state_->rules->on_stop(context);
 }
 
 void Zone::stand_still() {

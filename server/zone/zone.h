@@ -44,6 +44,9 @@ class Zone {
     void publish_ghosts();
     void follow_ghosts(std::span<ZoneState* const> zones);
 
+    /// After the last tick: Rules::on_stop. The output holds its requests and lines alone.
+    void stop();
+
     /// For good: nothing moves any more, and neighbours see all at rest. In place of both halves.
     void stand_still();
 

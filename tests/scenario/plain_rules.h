@@ -28,6 +28,8 @@ struct PlainLog {
     std::vector<std::string> triggers;  ///< "1 +goal 7", "2 -goal 7"
     /// Called by each zone's on_start; set before the zones are made.
     std::function<void(zone::RulesContext&)> at_start;
+    /// Called by each zone's on_stop.
+    std::function<void(zone::StopContext&)> at_stop;
     bool busy = false;  ///< each_tick is called also where no player is
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
@@ -44,6 +46,12 @@ class PlainRules final : public zone::Rules {
         log_->starts.emplace_back(context.zone(), context.now());
         if (log_->at_start) {
             log_->at_start(context);
+        }
+    }
+
+    void on_stop(zone::StopContext& context) const override {
+        if (log_->at_stop) {
+            log_->at_stop(context);
         }
     }
 

@@ -466,6 +466,7 @@ class Server {
             }
             deliveries_.open();
             loop_->stop();
+            stop_rules();
             cluster_.stop();
             failed_ = store_.stop() > 0 || failed_;
             cluster_.release();
@@ -481,6 +482,19 @@ class Server {
                 say_farewell();
             }
         });
+    }
+
+    /// Their last requests and lines reach store and log before these close.
+    void stop_rules() {
+        world_.stop();
+        if (!world_.store_requests().empty()) {
+            store_.submit(world_.now(), std::move(world_.store_requests()));
+        }
+        for (std::size_t i = 0; i < world_.zones().size(); ++i) {
+            for (const std::string& line : world_.zones()[i]->output().lines) {
+                log_of(LogArea::kWorld).info("rules of zone {}: {}", i + 1, line);
+            }
+        }
     }
 
     int finish(double seconds) {

@@ -56,6 +56,11 @@ class World {
     /// One tick: routes `items` to the zones in their order, steps, collects the output.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
 
+    /// After the last tick: tells the rules of each zone that runs. Their requests to the store are
+    /// in store_requests(), their lines in the zones' output; nothing else changes. Rules that
+    /// throw leave a line.
+    void stop();
+
     [[nodiscard]] Tick now() const { return now_; }
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }

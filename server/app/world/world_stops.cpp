@@ -53,6 +53,23 @@ void World::clear_stopped() {
     }
 }
 
+void World::stop() {
+    store_requests_.clear();
+    for (std::size_t i = 0; i < zones_.size(); ++i) {
+        zone::StepOutput& out = zones_[i]->output();
+        out.clear();
+        if (!runs(i)) {
+            continue;
+        }
+        try {
+            zones_[i]->stop();
+        } catch (const std::exception& error) {
+            out.lines.push_back("on_stop threw: " + std::string(error.what()));
+        }
+        std::move(out.store.begin(), out.store.end(), std::back_inserter(store_requests_));
+    }
+}
+
 void World::end_clients(std::vector<mailbox::OutboxItem>& out) {
     for (std::size_t i = 0; i < zones_.size(); ++i) {
         if (runs(i) || zones_[i]->state().clients.empty()) {

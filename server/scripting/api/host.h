@@ -15,7 +15,8 @@ struct Host {
     std::shared_ptr<StateTable> shared;     ///< what scripts know as `state`
     std::shared_ptr<StateTable> entities;   ///< the state of each entity, by its id
     zone::RulesContext* context = nullptr;  ///< null while the file runs
-    bool may_change = false;                ///< false while the file runs, and in may_hear
+    bool may_change = false;                ///< false while the file runs, in may_hear and on_stop
+    zone::StopContext* stop = nullptr;      ///< in on_stop alone
     Tick awake_until = 0;
     ScriptLog log;
     std::vector<EntityId> found;         // scratch

@@ -1,6 +1,8 @@
 #include "server/scripting/api/arguments.h"
+#include "server/zone/context/stop_context.h"
 
 #include <string>
+#include <utility>
 
 namespace zoned::scripting {
 
@@ -29,6 +31,16 @@ mailbox::StoreKey record_argument(lua_State* lua, int key, int account) {
     return out;
 }
 
+/// In on_stop no answer comes: the request has no number, and its target is nobody.
+int push_asked(lua_State* lua, bool asked) {
+    if (asked) {
+        lua_pushinteger(lua, 0);
+    } else {
+        lua_pushnil(lua);
+    }
+    return 1;
+}
+
 int push_request(lua_State* lua, std::uint64_t number) {
     if (number != 0) {
         lua_pushinteger(lua, static_cast<lua_Integer>(number));
@@ -49,22 +61,26 @@ int get_record(lua_State* lua) {
 
 /// store_put(target, key, value [, account [, character]])
 int put_record(lua_State* lua) {
-    zone::RulesContext& context = changing(lua);
     Interpreter::charge(lua, kStoreUnits);
     const EntityId target = entity_argument(lua, 1, "target");
-    const std::string_view value = text_argument(lua, 3, "value", mailbox::kMaxStoreValueBytes);
-    return push_request(
-        lua,
-        context.store_put(
-            target, record_argument(lua, 2, 4), zone::Bytes(value.begin(), value.end())));
+    const std::string_view text = text_argument(lua, 3, "value", mailbox::kMaxStoreValueBytes);
+    zone::Bytes value(text.begin(), text.end());
+    const mailbox::StoreKey key = record_argument(lua, 2, 4);
+    if (zone::StopContext* stop = Host::of(lua).stop) {
+        return push_asked(lua, stop->store_put(key, std::move(value)));
+    }
+    return push_request(lua, changing(lua).store_put(target, key, std::move(value)));
 }
 
 /// store_remove(target, key [, account [, character]])
 int remove_record(lua_State* lua) {
     Interpreter::charge(lua, kStoreUnits);
-    return push_request(
-        lua,
-        changing(lua).store_remove(entity_argument(lua, 1, "target"), record_argument(lua, 2, 3)));
+    const EntityId target = entity_argument(lua, 1, "target");
+    const mailbox::StoreKey key = record_argument(lua, 2, 3);
+    if (zone::StopContext* stop = Host::of(lua).stop) {
+        return push_asked(lua, stop->store_remove(key));
+    }
+    return push_request(lua, changing(lua).store_remove(target, key));
 }
 
 }  // namespace

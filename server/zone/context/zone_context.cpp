@@ -390,18 +390,21 @@ bool ZoneContext::travel(ClientId client, std::string_view world, std::string_vi
     return true;
 }
 
+bool may_ask_store(const StepOutput& out, const mailbox::StoreKey& key, const Bytes& value) {
+    return core::is_clean_utf8(key.account) && core::is_clean_utf8(key.character) &&
+           core::is_clean_utf8(key.key) && mailbox::has_good_lengths(key) &&
+           value.size() <= mailbox::kMaxStoreValueBytes &&
+           out.store.size() < mailbox::kMaxStoreRequests;
+}
+
 std::uint64_t ZoneContext::ask_store(mailbox::StoreAct act,
                                      EntityId target,
                                      const mailbox::StoreKey& key,
                                      Bytes value) {
-    std::vector<mailbox::StoreRequest>& requests = state_->out.store;
-    const bool clean = core::is_clean_utf8(key.account) && core::is_clean_utf8(key.character) &&
-                       core::is_clean_utf8(key.key);
-    if (!clean || !mailbox::has_good_lengths(key) || value.size() > mailbox::kMaxStoreValueBytes ||
-        requests.size() >= mailbox::kMaxStoreRequests) {
+    if (!may_ask_store(state_->out, key, value)) {
         return 0;
     }
-    mailbox::StoreRequest& request = requests.emplace_back();
+    mailbox::StoreRequest& request = state_->out.store.emplace_back();
     request.act = act;
     request.number = (++state_->next_store_request << 16U) | state_->settings.id.value;
     request.zone = state_->settings.id;

@@ -141,4 +141,9 @@ class ZoneContext final : public RulesContext {
     ZoneState* state_;
 };
 
+/// Whether a request has names and a value that the store takes, and the tick has room for it.
+[[nodiscard]] bool may_ask_store(const StepOutput& out,
+                                 const mailbox::StoreKey& key,
+                                 const Bytes& value);
+
 }  // namespace zoned::zone

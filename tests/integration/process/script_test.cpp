@@ -45,6 +45,26 @@ TEST_F(Scripted, PlaysTheArenaToAConsistentVerdictAndReplaysToTheSameHashes) {
     }
 }
 
+TEST_F(Scripted, SaysWhatIsLeftToSayWhenTheServerEnds) {
+    const std::string config = world_with(
+        "function on_start() store_get(nil, 'ends') end\n"
+        "function on_store(request, status, value) print('found', status, value) end\n"
+        "function on_stop()\n"
+        "  print('the end of zone', zone(), store_put(nil, 'ends', 'well'))\n"
+        "  print(pcall(function() state.x = 1 end))\n"
+        "end\n");
+    for (const char* found : {"found absent nil", "found done well"}) {
+        const auto server = start_server({}, config);
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));  // the answer comes
+        server->signal(SIGTERM);
+        EXPECT_EQ(server->wait(kPatience), 0) << server->errors();
+        EXPECT_NE(server->errors().find(found), std::string::npos) << server->errors();
+        EXPECT_NE(server->errors().find("the end of zone 2 0"), std::string::npos)
+            << server->errors();
+        EXPECT_NE(server->errors().find("false"), std::string::npos) << "it may change nothing";
+    }
+}
+
 TEST_F(Scripted, GoesOnWhateverAScriptDoes) {
     const auto server =
         start_server({},
