@@ -1,5 +1,6 @@
 #include "server/scripting/loaded_script.h"
 
+#include "server/scripting/script_fields.h"
 #include "server/scripting/vm/freeze.h"
 #include "server/scripting/vm/libraries.h"
 
@@ -56,6 +57,7 @@ LoadedScript::LoadedScript(const ScriptSettings& settings,
         run_file(lua, settings, rules);
         find_callbacks(lua);
         read_wishes(lua, types);
+        read_fields(lua, fields_);
     });
     if (error) {
         throw std::runtime_error(error->text);

@@ -45,6 +45,9 @@ class LoadedScript {
     /// The entry of a type in the script's table `contact_wish`.
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex type) const { return wishes_[type]; }
 
+    /// The script's table `fields`.
+    [[nodiscard]] const std::vector<zone::TypeField>& fields() const { return fields_; }
+
   private:
     void run_file(lua_State* lua, const ScriptSettings& settings, const zone::RulesSettings& rules);
     void find_callbacks(lua_State* lua);
@@ -53,6 +56,7 @@ class LoadedScript {
     Interpreter interpreter_;
     std::array<int, kCallbacks> functions_{};  // in Lua's registry
     std::vector<zone::ContactWish> wishes_;    // by type
+    std::vector<zone::TypeField> fields_;
 };
 
 }  // namespace zoned::scripting

@@ -317,6 +317,10 @@ bool ScriptRules::may_hear(const zone::RulesContext& context,
     return may;
 }
 
+std::vector<zone::TypeField> ScriptRules::declared_fields() const {
+    return script_->fields();
+}
+
 void ScriptRules::on_timer(zone::RulesContext& context, const zone::DueTimer& timer) {
     call(context, Callback::kTimer, [&](lua_State* lua) {
         lua_pushinteger(lua, static_cast<lua_Integer>(timer.id.value));

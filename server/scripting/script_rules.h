@@ -49,6 +49,7 @@ class ScriptRules final : public zone::Rules {
     [[nodiscard]] bool may_hear(const zone::RulesContext& context,
                                 EntityId viewer,
                                 EntityId entity) const override;
+    [[nodiscard]] std::vector<zone::TypeField> declared_fields() const override;
     void on_timer(zone::RulesContext& context, const zone::DueTimer& timer) override;
     void on_tick(zone::RulesContext& context) override;
     void on_confirm(zone::RulesContext& context, ClientId client, EventId event) override;

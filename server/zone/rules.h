@@ -4,11 +4,13 @@
 #include "server/ai/decision/state_machine/coded_state_machine.h"
 #include "server/zone/rules_context.h"
 #include "shared/core/state_hash.h"
+#include "shared/wire/declared/declared_fields.h"
 
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace zoned::zone {
 
@@ -20,6 +22,13 @@ struct JoinRequest {
     std::string team;
     Vec3 spawn_position = Vec3::Zero();  ///< zone-local, on or above the ground
     std::string account;                 ///< of the ticket; empty: it cannot be known again
+};
+
+/// A field that rules declare for the entities of a type.
+struct TypeField {
+    std::string type;
+    wire::DeclaredField field;       ///< wire::number_field and the like
+    double max_changes_per_s = 0.0;  ///< clients hear of no more; 0: of each tick's
 };
 
 /// One instance per zone. Calls come from Zone::step only, never concurrently, in a recorded order:
@@ -98,6 +107,11 @@ class Rules {
         (void)entity;
         return true;
     }
+
+    /// Fields beside those of the config, behind these on the wire. Asked once, when a config is
+    /// read, of rules of their own: the types of the world have none of them yet. Always the same
+    /// answer.
+    [[nodiscard]] virtual std::vector<TypeField> declared_fields() const { return {}; }
 
     /// The state machines in code that brains of the config may name (`brain { coded: "..." }`).
     /// Asked once when a zone begins, and when its brains are read anew; always the same answer.

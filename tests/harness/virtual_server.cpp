@@ -2,6 +2,7 @@
 
 #include "server/app/runtime/host_settings.h"
 #include "server/app/world/world.h"
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/settings.h"
 #include "server/session/host/session_host.h"
@@ -25,6 +26,7 @@ config::Settings load(const VirtualServerSettings& settings) {
     if (!good) {
         throw std::runtime_error(config::format_errors("config", errors));
     }
+    app::declare_fields(config);
     return config;
 }
 

@@ -14,9 +14,10 @@ namespace zoned::app {
 
 namespace {
 
-/// The rules check their settings when they are made.
-bool rules_take(const std::string& config, const config::Settings& settings) {
+/// The rules check their settings when they are made, and declare their fields.
+bool rules_take(const std::string& config, config::Settings& settings) {
     try {
+        declare_fields(settings);
         try_world_rules(settings);
         return true;
     } catch (const std::exception& error) {

@@ -1,6 +1,7 @@
 #include "server/app/commands/commands.h"
 #include "server/app/replay/replay_server.h"
 #include "server/app/world/replayed_tick.h"
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/recording/recording_file.h"
 #include "server/recording/recording_reader.h"
@@ -38,6 +39,7 @@ bool settings_of(const recording::RecordingHeader& header,
                  config::Settings& settings) {
     std::vector<config::ConfigError> errors;
     if (config::parse_settings(header.config_text, {}, settings, errors)) {
+        declare_fields(settings);
         if (settings.digest == header.config_digest) {
             return true;
         }

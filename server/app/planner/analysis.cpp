@@ -1,5 +1,6 @@
 #include "server/app/planner/analysis.h"
 
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/plan/budget_plan.h"
 #include "server/replication/packer.h"
@@ -159,6 +160,7 @@ std::string other_budgets_text(const ProbedWorld& own) {
                    (errors.empty() ? "" : errors.front().path + ": " + errors.front().text) + "\n";
             continue;
         }
+        declare_fields(other);
         World world(other, 1);
         WorldProbe probe(world, other, own.crowd);
         if (own.codec) {

@@ -20,7 +20,12 @@ using Prepared = core::Result<PreparedReload>;
 
 constexpr std::size_t kMostListed = 20;
 
-Prepared prepared(const config::Settings& fresh, const config::Settings& running) {
+Prepared prepared(config::Settings& fresh, const config::Settings& running) {
+    try {
+        declare_fields(fresh);
+    } catch (const std::exception& error) {
+        return Prepared::failure(error.what());
+    }
     auto plan = config::plan_reload(running, fresh);
     if (!plan.ok()) {
         return Prepared::failure(plan.error());

@@ -2,6 +2,7 @@
 
 #include "server/app/world/replayed_tick.h"
 #include "server/app/world/world.h"
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/training/policy_file.h"
 #include "server/recording/recording_reader.h"
@@ -136,6 +137,7 @@ Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t ev
     if (!config::parse_settings(reader.header().config_text, {}, config, errors)) {
         return Played::failure(text_of(errors, settings.recording()));
     }
+    declare_fields(config);
     World world(config, 1);
     const std::string bad_state = begin_with_state(reader, world);
     if (!bad_state.empty()) {

@@ -18,6 +18,11 @@ std::unique_ptr<zone::Rules> make_world_rules(
     const zone::RulesSettings& settings,
     const world::TypeTable& types);
 
+/// Adds the fields that the rules of a world declare to its types, and brings the digest up to
+/// date: once, when a config has been read, and before a world is made of it. Throws as
+/// zone::make_rules does, also where a declaration has a mistake.
+void declare_fields(config::Settings& settings);
+
 /// Makes the rules of a world, gives its brains their code, and lets go of both. Throws as
 /// zone::make_rules does, also where a brain names code that these rules do not have.
 void try_world_rules(const config::Settings& settings);

@@ -55,7 +55,7 @@ std::string wrong_with(const DeclaredField& field) {
                 return "a range is of finite numbers, a quantum above 0";
             }
             if (field.most < 1 || field.most > kMostFieldSteps) {
-                return "a range has 1..16777215 steps of its quantum";
+                return "a range has 1..16777215 whole steps of its quantum";
             }
             break;
         case DeclaredKind::kEnum:
@@ -87,6 +87,57 @@ std::string wrong_with(const DeclaredField& field) {
 }
 
 }  // namespace
+
+DeclaredField number_field(std::string name,
+                           double minimum,
+                           double maximum,
+                           double quantum,
+                           double initial) {
+    DeclaredField field;
+    field.name = std::move(name);
+    field.minimum = minimum;
+    field.quantum = quantum;
+    const double steps = (maximum - minimum) / quantum;
+    // Rounding errors of decimal fractions are no part of a step.
+    const bool whole = std::abs(steps - std::round(steps)) < 1e-6 * std::max(1.0, std::abs(steps));
+    field.most = whole && steps >= 0.5 && steps <= kMostFieldSteps
+                     ? static_cast<std::uint32_t>(std::round(steps))
+                     : 0;  // refused
+    if (put_number(field, initial, field.initial[0]) != FieldOutcome::kDone) {
+        field.initial[0] = field.most + 1;
+    }
+    return field;
+}
+
+DeclaredField choice_field(std::string name,
+                           std::vector<std::string> values,
+                           std::string_view initial) {
+    DeclaredField field;
+    field.name = std::move(name);
+    field.kind = DeclaredKind::kEnum;
+    field.values = std::move(values);
+    const auto at = std::find(field.values.begin(), field.values.end(), initial);
+    field.initial[0] = static_cast<std::uint32_t>(at - field.values.begin());
+    return field;
+}
+
+DeclaredField flag_field(std::string name, bool initial) {
+    DeclaredField field;
+    field.name = std::move(name);
+    field.kind = DeclaredKind::kBool;
+    field.initial[0] = initial ? 1 : 0;
+    return field;
+}
+
+DeclaredField text_field(std::string name, std::string_view initial) {
+    DeclaredField field;
+    field.name = std::move(name);
+    field.kind = DeclaredKind::kText;
+    if (!put_text(initial, field.initial)) {
+        field.initial.fill(~0U);
+    }
+    return field;
+}
 
 core::Result<std::shared_ptr<const FieldSchema>> FieldSchema::make(
     std::vector<DeclaredField> fields) {

@@ -69,6 +69,22 @@ struct DeclaredField {
     std::uint8_t bits = 1;  ///< of a code
 };
 
+// Declarations in code. A mistake in one (an initial value beyond the range, a quantum that does
+// not divide it) is found by FieldSchema::make.
+
+/// Values minimum + n * quantum up to `maximum`.
+[[nodiscard]] DeclaredField number_field(std::string name,
+                                         double minimum,
+                                         double maximum,
+                                         double quantum,
+                                         double initial);
+/// One of `values`.
+[[nodiscard]] DeclaredField choice_field(std::string name,
+                                         std::vector<std::string> values,
+                                         std::string_view initial);
+[[nodiscard]] DeclaredField flag_field(std::string name, bool initial);
+[[nodiscard]] DeclaredField text_field(std::string name, std::string_view initial);
+
 /// The fields of one type, in their order. Immutable.
 class FieldSchema {
   public:

@@ -1,14 +1,18 @@
 // Declared fields from end to end: a script sets them, and clients of both codecs hold what the
 // server holds, on a bad network, across zones, in hiding, and under rate limits.
 #include "server/app/world/world.h"
+#include "server/config/settings.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <stdexcept>
+#include <string>
 
 namespace zoned::harness {
 namespace {
@@ -98,8 +102,7 @@ class DeclaredFieldsInPlay : public GameTest, public testing::WithParamInterface
         : folder_(std::filesystem::temp_directory_path() /
                   ("zoned_fields_" + std::to_string(getpid()))) {
         std::filesystem::create_directories(folder_);
-        std::ofstream(folder_ / "fields.txtpb") << kWorld;
-        std::ofstream(folder_ / "fields.lua") << kScript;
+        write(kWorld, kScript);
         server.config = (folder_ / "fields.txtpb").string();
         server.sets.emplace_back(std::string("replication.codec=") + GetParam());
         server.network.delay_s = 0.05;
@@ -107,6 +110,11 @@ class DeclaredFieldsInPlay : public GameTest, public testing::WithParamInterface
         server.network.jitter_s = 0.01;
         bots.bots = 12;
         bots.seconds = 15.0;
+    }
+
+    void write(const std::string& world, const std::string& script) const {
+        std::ofstream(folder_ / "fields.txtpb") << world;
+        std::ofstream(folder_ / "fields.lua") << script;
     }
 
     ~DeclaredFieldsInPlay() override { std::filesystem::remove_all(folder_); }
@@ -202,6 +210,93 @@ TEST_P(DeclaredFieldsInPlay, ThatAreLostAndNotSentAgainAreFound) {
 TEST_P(DeclaredFieldsInPlay, AreTheSameForAnyNumberOfThreads) {
     bots.seconds = 4.0;
     EXPECT_EQ(difference_between_runs(), "");
+}
+
+/// The fields of kWorld, in code.
+constexpr const char* kFieldsInCode = R"(
+fields = {
+  { type = "player", name = "serial", kind = "number", max = 16777215 },
+  { type = "player", name = "health", kind = "number", max = 100, initial = 100, max_changes_per_s = 5 },
+  { type = "player", name = "mood", kind = "choice", values = { "calm", "wary", "angry" }, initial = "wary" },
+  { type = "player", name = "ready", kind = "flag", initial = true },
+  { type = "player", name = "title", kind = "text", initial = "nobody" },
+  { type = "walker", name = "serial", kind = "number", max = 16777215 },
+  { type = "walker", name = "health", kind = "number", min = -1, max = 1, quantum = 0.01 },
+  { type = "ball", name = "title", kind = "text" },
+}
+)";
+
+class FieldsInCode : public DeclaredFieldsInPlay {
+  protected:
+    /// The world's digest with these fields in its script and none in its config.
+    std::string digest_with(const std::string& fields, const std::string& script = kScript) {
+        write(without_fields_of(kWorld), fields + script);
+        return VirtualServer(server).settings().digest;
+    }
+
+    /// Field lines gone, and what closed a type on such a line is still there.
+    static std::string without_fields_of(std::string world) {
+        for (std::size_t at = world.find("  field {"); at != std::string::npos;
+             at = world.find("  field {")) {
+            const std::size_t end = world.find('\n', at);
+            const std::string line = world.substr(at, end - at);
+            const auto open = std::count(line.begin(), line.end(), '{');
+            const auto closed = std::count(line.begin(), line.end(), '}');
+            world.replace(at, end - at, std::string(static_cast<std::size_t>(closed - open), '}'));
+        }
+        return world;
+    }
+};
+
+INSTANTIATE_TEST_SUITE_P(Codecs,
+                         FieldsInCode,
+                         testing::Values("SHARED", "PER_CLIENT"),
+                         [](const auto& instance) { return std::string(instance.param); });
+
+TEST_P(FieldsInCode, GiveClientsTheWorldThatFieldsOfTheConfigGive) {
+    const std::string of_config = VirtualServer(server).settings().digest;
+    EXPECT_EQ(digest_with(kFieldsInCode), of_config);
+    EXPECT_NE(digest_with(""), of_config);
+}
+
+TEST_P(FieldsInCode, AreWhatTheServerHoldsOnABadNetwork) {
+    write(without_fields_of(kWorld), std::string(kFieldsInCode) + kScript);
+    bots.seconds = 8.0;
+    std::uint64_t owned = 0;
+    std::uint64_t ghosts = 0;
+    const auto report =
+        run([&](VirtualServer& now, double) { expect_serials(now, owned, ghosts); });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(report.audit.field_samples, 2000U);
+    EXPECT_EQ(report.audit.field_violations, 0U);
+    EXPECT_GT(ghosts, 300U);
+}
+
+TEST_P(FieldsInCode, WithMistakesAreRefusedByTypeAndName) {
+    const auto refused = [&](const std::string& field) {
+        try {
+            digest_with("fields = { { " + field + " } }\n", "");
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string("nothing was refused");
+    };
+    EXPECT_EQ(refused("type = 'dragon', name = 'fire', kind = 'flag'"),
+              "field 'fire' is declared for 'dragon', a type that there is not");
+    EXPECT_EQ(refused("type = 'player', name = 'x', kind = 'number', max = 1, quantum = 0.3"),
+              "type 'player': field 'x': a range has 1..16777215 whole steps of its quantum");
+    EXPECT_EQ(refused("type = 'ball', name = 'x', kind = 'number', max = 5, initial = 9"),
+              "type 'ball': field 'x': the initial value is beyond the range");
+    EXPECT_EQ(refused("type = 'ball', name = 'x', kind = 'choice', values = { 'a', 'b' }, "
+                      "initial = 'c'"),
+              "type 'ball': field 'x': the initial value is beyond the range");
+    EXPECT_EQ(refused("type = 'ball', name = '', kind = 'flag'"),
+              "type 'ball': field '': a name is 1..32 bytes of UTF-8");
+    EXPECT_EQ(refused("type = 'ball', name = 'x', kind = 'text', initial = '" +
+                      std::string(40, 'a') + "'"),
+              "type 'ball': field 'x': a text is at most 31 bytes of UTF-8");
+    write(kWorld, std::string("fields = { { type = 'ball', name = 'title', kind = 'flag' } }\n"));
+    EXPECT_THROW(VirtualServer{server}, std::runtime_error) << "the config declares it, too";
 }
 
 }  // namespace

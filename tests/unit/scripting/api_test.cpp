@@ -416,5 +416,96 @@ TEST(ScriptMessages, ReadAndWriteTheMessagesOfClients) {
     EXPECT_EQ(zone.printed(), "malformed|malformed|malformed|malformed");
 }
 
+TEST(Places, AreSpawnPointsByTeam) {
+    ScriptZone zone(R"(
+        function on_tick()
+          for _, point in ipairs(spawn_points('red')) do
+            print(point.name, point.team, point.x, point.y, point.z)
+          end
+          print(#spawn_points(), #spawn_points('green'))
+          print(freest_spawn('blue'))
+        end)");
+    zone.spawns = {{Vec3d(1, 2, 3), "gate", "red"},
+                   {Vec3d(4, 5, 6), "tower", "blue"},
+                   {Vec3d(7, 8, 9), "", ""}};
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(), "gate red 1.0 2.0 3.0|3 0|4.0 5.0 6.0 tower");
+}
+
+TEST(Places, AreEntitiesByTypeAndPropertiesOfTypes) {
+    ScriptZone zone(R"(
+        function on_tick()
+          local balls = entities('ball')
+          print(#entities(), #balls, type_of(balls[1]), type_of(balls[2]), balls[1] < balls[2])
+          print(#entities('guard'))
+          local ball, player = type_properties('ball'), type_properties('player')
+          print(ball.kind, ball.mass, ball.size_x == 2 * ball.radius, ball.speed)
+          print(player.kind, player.mass, player.speed, player.sprint_speed, player.name)
+          print(type_properties('dragon'))
+        end)");
+    zone.put(kBall, Vec3::Zero());
+    zone.put(kCrate, Vec3::Zero());
+    zone.put(kBall, Vec3::Zero());
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "3 2 ball ball true|0|prop 2.0 true nil|character 80.0 5.0 8.0 player|nil");
+}
+
+TEST(Places, TellAStanceThatWasSet) {
+    ScriptZone zone(R"(
+        function on_join(client, avatar)
+          print(stance(avatar))
+          set_stance(avatar, 'running')
+          print(stance(avatar), stance(999))
+        end)");
+    zone.join(1);
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(), "normal|running nil");
+}
+
+TEST(Fields, AreDeclaredByAScriptInItsOrder) {
+    const ScriptZone zone(R"(fields = {
+        { type = 'ball', name = 'heat', kind = 'number', min = -1, max = 1, quantum = 0.5, initial = 0.5 },
+        { type = 'player', name = 'side', kind = 'choice', values = { 'left', 'right' }, initial = 'right',
+          max_changes_per_s = 4 },
+        { type = 'ball', name = 'lit', kind = 'flag', initial = true },
+        { type = 'ball', name = 'label', kind = 'text', initial = 'a' },
+    })");
+    const std::vector<zone::TypeField> fields = zone.rules->declared_fields();
+    ASSERT_EQ(fields.size(), 4u);
+    EXPECT_EQ(fields[0].type, "ball");
+    EXPECT_EQ(fields[0].field.name, "heat");
+    EXPECT_EQ(fields[0].field.minimum, -1.0);
+    EXPECT_EQ(fields[0].field.most, 4u);
+    EXPECT_EQ(fields[0].field.initial[0], 3u);
+    EXPECT_EQ(fields[1].field.values, (std::vector<std::string>{"left", "right"}));
+    EXPECT_EQ(fields[1].field.initial[0], 1u);
+    EXPECT_EQ(fields[1].max_changes_per_s, 4.0);
+    EXPECT_EQ(fields[2].field.initial[0], 1u);
+    EXPECT_TRUE(wire::FieldSchema::make({fields[0].field, fields[2].field, fields[3].field}).ok());
+}
+
+TEST(Fields, OfAnotherFormAreErrorsOfTheScript) {
+    const auto refused = [](const std::string& field) {
+        try {
+            const ScriptZone zone("fields = " + field);
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(refused("7").find("a list of tables is wanted"), std::string::npos);
+    EXPECT_NE(refused("{ 7 }").find("a list of tables is wanted"), std::string::npos);
+    EXPECT_NE(refused("{ { name = 'a', kind = 'colour' } }").find("not 'colour'"),
+              std::string::npos);
+    EXPECT_NE(refused("{ { name = 7, kind = 'flag' } }").find("'name' is no text"),
+              std::string::npos);
+    EXPECT_NE(refused("{ { kind = 'number', max = 'x' } }").find("'max' is no number"),
+              std::string::npos);
+    EXPECT_NE(refused("{ { kind = 'choice' } }").find("a choice has values"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace zoned::scripting::test
