@@ -18,6 +18,7 @@
 #pragma once
 
 #include "client-sim/app/swarm.h"
+#include "tests/harness/side_effects.h"
 #include "tests/harness/virtual_server.h"
 
 #include <gtest/gtest.h>
@@ -56,6 +57,12 @@ class GameTest : public ::testing::Test {
         find_config(caller.file_name());
         swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
+        if (wrap_rules) {
+            world->wrap_rules(wrap_rules);
+        }
+        if (effects_) {
+            effects_->watch(*world);
+        }
         bots.path_spread_s = server.network.spread_s();
         swarm = std::make_unique<app::Swarm>(bots, [this](std::size_t) {
             auto transport = world->connect();
@@ -77,9 +84,11 @@ class GameTest : public ::testing::Test {
         return swarm->report();
     }
 
-    /// Plays the game twice, the second time with two threads, and names the first tick after which
-    /// a zone is not the same; empty: none. Something that the rules know from elsewhere shows
-    /// here: a clock, a file, a random number, an address, what another run left.
+    /// Plays the game twice, the second time with two threads. Names the first tick after which a
+    /// zone is not the same, and each function by which the rules asked for something that is not
+    /// the zone's: a clock, a file, a random number, a socket (SideEffects). Empty: neither. What
+    /// no function tells shows in the tick alone: an address, an unordered map, what another run
+    /// left.
     std::string difference_between_runs(
         const std::source_location& caller = std::source_location::current()) {
         std::vector<std::vector<std::uint64_t>> hashes;  // of zones, by tick
@@ -93,10 +102,10 @@ class GameTest : public ::testing::Test {
                 hashes[tick] = zones;
             } else if (difference.empty() && (tick >= hashes.size() || hashes[tick] != zones)) {
                 difference = "after tick " + std::to_string(tick) +
-                             " the game is not the same in a second run: do the rules use a clock, "
-                             "a file or anything else that is not the zone's?";
+                             " the game is not the same in a second run";
             }
         };
+        effects_ = std::make_unique<SideEffects>();
         for (const bool again : {false, true}) {
             Tick last = 0;
             server.threads = again ? 2 : 1;
@@ -108,6 +117,9 @@ class GameTest : public ::testing::Test {
                     }
                 },
                 caller);
+        }
+        if (const std::string called = effects_->text(); !called.empty()) {
+            difference += (difference.empty() ? "" : "; ") + called;
         }
         return difference;
     }
@@ -138,11 +150,14 @@ class GameTest : public ::testing::Test {
         return reasons(report).find(word) != std::string::npos;
     }
 
+    /// Puts other rules around those of each zone; empty: nothing.
+    WrapRules wrap_rules;
     VirtualServerSettings server;     ///< config, overrides, network
     app::SwarmSettings bots;          ///< their number, duration and behaviour
     std::vector<Span> client_stalls;  ///< the machine under the bots is starved
     /// Wraps the transport between a bot and its path to the server; empty: nothing.
     std::function<std::unique_ptr<link::Transport>(std::unique_ptr<link::Transport>)> wrap;
+    std::unique_ptr<SideEffects> effects_;  ///< outlives the world, whose rules note them there
     std::unique_ptr<VirtualServer> world;
     std::unique_ptr<app::Swarm> swarm;
 };

@@ -45,6 +45,13 @@ VirtualServer::VirtualServer(const VirtualServerSettings& settings)
 
 VirtualServer::~VirtualServer() = default;
 
+void VirtualServer::wrap_rules(const WrapRules& wrap) {
+    for (const auto& zone : world_->zones()) {
+        std::unique_ptr<zone::Rules>& rules = zone->state().rules;
+        rules = wrap(std::move(rules));
+    }
+}
+
 std::unique_ptr<link::Transport> VirtualServer::connect() {
     return std::make_unique<VirtualTransport>(*this, ++next_address_);
 }

@@ -9,6 +9,7 @@
 #include "server/mailbox/store_messages.h"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,6 +24,10 @@ class World;
 
 namespace zoned::config {
 struct Settings;
+}
+
+namespace zoned::zone {
+class Rules;
 }
 
 namespace zoned::session {
@@ -43,6 +48,9 @@ struct Span {
 /// A store that outlives its server: the records by scope, account, character and key.
 using Records = std::map<std::tuple<mailbox::StoreScope, std::string, std::string, std::string>,
                          std::vector<std::uint8_t>>;
+
+/// Takes rules and gives others in their place.
+using WrapRules = std::function<std::unique_ptr<zone::Rules>(std::unique_ptr<zone::Rules>)>;
 
 struct VirtualServerSettings {
     std::string config;  ///< a config file, or its text
@@ -67,6 +75,9 @@ class VirtualServer {
     /// Throws std::runtime_error with all mistakes of the config.
     explicit VirtualServer(const VirtualServerSettings& settings);
     ~VirtualServer();
+
+    /// Before the first step: puts other rules around those of each zone.
+    void wrap_rules(const WrapRules& wrap);
 
     /// A new client's path to this server.
     std::unique_ptr<link::Transport> connect();

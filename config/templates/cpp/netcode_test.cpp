@@ -24,7 +24,8 @@ TEST_F(GameTest, FindsAFaultOnPurpose) {
 }
 
 // The same inputs give the same game, or no recording could be replayed and no crash undone. A
-// clock, a file, a random number of one's own or an unordered map in the rules shows here.
+// clock, a file, a random number of one's own or a socket in the rules is named here, with the call
+// that used it. An unordered map shows by the tick.
 TEST_F(GameTest, IsTheSameEachTimeItIsPlayed) {
     server.config = "world.txtpb";
     bots.mix = *zoned::bot::parse_mix("crowd");
