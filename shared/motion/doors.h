@@ -57,7 +57,7 @@ struct Door {
     Timetable times;
     /// The number in the world of a door that rules move (DoorCourses); its timetable says how it
     /// is until they do.
-    std::optional<std::uint32_t> by_rules;
+    std::optional<std::uint32_t> by_rules = std::nullopt;
 };
 
 /// In place of a tick: all doors are open.
