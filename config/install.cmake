@@ -11,7 +11,8 @@ install(DIRECTORY docker/monitoring DESTINATION ${ZONED_DATA_DIR})
 install(FILES README.md config/npcs.md config/training.md proto/WIRE.md docker/debian/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY config/guides DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# The client library for games: header, pkg-config and CMake targets, modules for Python and C#, examples.
+# The client library for games: header, pkg-config and CMake targets, modules for Python, C# and Godot,
+# examples.
 set(ZONED_LIBRARY ${PROJECT_SOURCE_DIR}/client-sim/library)
 install(TARGETS zoned_client EXPORT zoned_client
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} NAMELINK_COMPONENT development)
@@ -21,8 +22,8 @@ install(EXPORT zoned_client NAMESPACE zoned_client:: FILE zoned_client-config.cm
 file(RELATIVE_PATH ZONED_CLIENT_PREFIX ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(${ZONED_LIBRARY}/zoned_client.pc.in ${PROJECT_BINARY_DIR}/zoned_client.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/zoned_client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
-install(DIRECTORY ${ZONED_LIBRARY}/python ${ZONED_LIBRARY}/csharp ${ZONED_LIBRARY}/c DESTINATION ${ZONED_DATA_DIR}/client
-  FILES_MATCHING PATTERN "*.py" PATTERN "*.cs" PATTERN "*.c")
+install(DIRECTORY ${ZONED_LIBRARY}/python ${ZONED_LIBRARY}/csharp ${ZONED_LIBRARY}/c ${ZONED_LIBRARY}/godot
+  DESTINATION ${ZONED_DATA_DIR}/client FILES_MATCHING PATTERN "*.py" PATTERN "*.cs" PATTERN "*.[ch]" PATTERN "*.gdextension")
 
 # The programs say themselves what their manual pages and completions hold; client-sim does so by --help.
 set(MAN ${PROJECT_BINARY_DIR}/man)

@@ -145,7 +145,8 @@ class Reach {
         std::vector<std::string_view> open{"server/main.cpp",
                                            "client-sim/main.cpp",
                                            "client-sim/library/zoned_client.cpp",
-                                           "client-sim/web/web_client.cpp"};
+                                           "client-sim/web/web_client.cpp",
+                                           "client-sim/library/godot/client_node.h"};
         for (const auto& [path, text] : texts_) {
             if (path.starts_with(kRegistered) && path.ends_with(".cpp")) {
                 open.push_back(path);

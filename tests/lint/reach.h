@@ -9,7 +9,8 @@ namespace zoned::lint {
 
 /// Each header, source and kernel of server, client-sim, shared and kernels is reached from
 /// server/main.cpp, client-sim/main.cpp, the shared object's client-sim/library/zoned_client.cpp or
-/// the browser module's client-sim/web/web_client.cpp.
+/// the browser module's client-sim/web/web_client.cpp. The extension for Godot is in C, and its
+/// header stands for it.
 /// - A reached file reaches the headers that it includes.
 /// - A reached header reaches its sources. A source belongs to the header of the same name beside
 ///   it; else to the headers beside it that it includes and whose names begin with the most of the
