@@ -101,9 +101,7 @@ void Swarm::advance(double now_s) {
         }
         case RunPhase::kRun:
             if (now_s - phase_s_ >= settings_.seconds || all_closed()) {
-                run_seconds_ = now_s - phase_s_;
-                collector_.end_run(bots_, now_s);
-                enter_freeze(now_s);
+                end_run(now_s);
             }
             break;
         case RunPhase::kFreeze:
@@ -133,6 +131,14 @@ void Swarm::ramp(double now_s) {
 void Swarm::enter_run(double now_s) {
     phase_ = RunPhase::kRun;
     phase_s_ = now_s;
+}
+
+void Swarm::end_run(double now_s) {
+    if (phase_ == RunPhase::kRun) {
+        run_seconds_ = now_s - phase_s_;
+        collector_.end_run(bots_, now_s);
+        enter_freeze(now_s);
+    }
 }
 
 bool Swarm::all_closed() const {

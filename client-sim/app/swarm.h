@@ -56,7 +56,9 @@ class Swarm {
 
     /// The first call begins the ramp.
     void advance(double now_s);
-    /// Ends the run at once; the report counts up to here.
+    /// Ends the run now, as if its seconds were over; before the run begins it does nothing.
+    void end_run(double now_s);
+    /// Ends everything at once; the report counts up to here.
     void stop(double now_s);
 
     [[nodiscard]] bool done() const { return phase_ == RunPhase::kDone; }

@@ -15,10 +15,23 @@
 //       EXPECT_TRUE(report.consistent) << reasons(report);
 //       EXPECT_EQ(report.events_lost, 0u);
 //   }
+//
+// A test that plays itself steers the first bots, and time goes on where it waits:
+//
+//   TEST_F(GameTest, ALeverOpensTheGate) {
+//       auto& ann = steer();
+//       begin();
+//       ann.walk_to(3.0, 8.0);
+//       ASSERT_TRUE(play_until([&] { return ann.arrived(); }, 10.0));
+//       ann.command(kPull);
+//       EXPECT_TRUE(play_until([&] { return ann.heard(kOpened) > 0; }, 2.0));
+//       EXPECT_TRUE(finish().consistent);
+//   }
 #pragma once
 
 #include "client-sim/app/swarm.h"
 #include "tests/harness/side_effects.h"
+#include "tests/harness/steered_player.h"
 #include "tests/harness/virtual_server.h"
 
 #include <gtest/gtest.h>
@@ -54,33 +67,65 @@ class GameTest : public ::testing::Test {
     /// source file, wherever the test is started.
     measure::RunReport run(const std::function<void(VirtualServer&, double)>& each_step = {},
                            const std::source_location& caller = std::source_location::current()) {
-        find_config(caller.file_name());
-        swarm.reset();  // its transports lead to the world before
-        world = std::make_unique<VirtualServer>(server);
-        if (wrap_rules) {
-            world->wrap_rules(wrap_rules);
+        set_up(caller.file_name());
+        play_to_the_end(bots.seconds, each_step);
+        return swarm->report();
+    }
+
+    /// One more of the first bots that the test steers. Its team is the next of `bots.teams`. Call
+    /// it before begin(), which makes as many bots as are steered at least.
+    SteeredPlayer& steer() {
+        steered_.push_back(std::make_unique<SteeredPlayer>());
+        return *steered_.back();
+    }
+
+    /// Begins a game that goes on until finish(), and plays until everybody has joined; fails the
+    /// test where somebody does not. `bots.seconds` counts for nothing.
+    void begin(const std::source_location& caller = std::source_location::current()) {
+        bots.bots = std::max(bots.bots, steered_.size());
+        bots.seconds = 1e9;
+        bots.make_own_script = [this, others = bots.make_own_script](std::size_t index,
+                                                                     const std::string& team) {
+            return index < steered_.size() ? steered_[index]->script()
+                   : others                ? others(index, team)
+                                           : nullptr;
+        };
+        set_up(caller.file_name());
+        for (std::size_t i = 0; i < steered_.size(); ++i) {
+            steered_[i]->play_as(swarm->bots()[i].get());
         }
-        if (effects_) {
-            effects_->watch(*world);
+        EXPECT_TRUE(
+            play_until([this] { return swarm->phase() == app::Swarm::RunPhase::kRun; }, 60.0))
+            << "the game does not begin";
+        for (const auto& player : steered_) {
+            EXPECT_TRUE(play_until([&] { return player->joined(); }, 10.0))
+                << "a steered player does not join: " << swarm->unreachable();
         }
-        bots.path_spread_s = server.network.spread_s();
-        swarm = std::make_unique<app::Swarm>(bots, [this](std::size_t) {
-            auto transport = world->connect();
-            return wrap ? wrap(std::move(transport)) : std::move(transport);
-        });
-        while (!swarm->done()) {
-            world->step();
-            if (each_step) {
-                each_step(*world, world->now_s());
+        begun_s_ = world->now_s();
+    }
+
+    /// Virtual time goes on until something holds: true, or false after `at_most_s`.
+    bool play_until(const std::function<bool()>& holds, double at_most_s) {
+        const double end_s = world->now_s() + at_most_s;
+        while (!holds()) {
+            if (world->now_s() >= end_s) {
+                return false;
             }
-            if (!clients_stall(world->now_s())) {
-                swarm->advance(world->client_time_s());
-            }
-            if (world->now_s() > bots.seconds + 600.0) {
-                ADD_FAILURE() << "the swarm does not come to its end";
-                break;
-            }
+            step();
         }
+        return true;
+    }
+
+    void play(double seconds) {
+        play_until([] { return false; }, seconds);
+    }
+
+    /// Ends the game, and gives the verdict on all bots, those that are steered among them. A short
+    /// game goes on until each of them was compared with the truth.
+    measure::RunReport finish() {
+        play(std::max(0.0, begun_s_ + 2.0 * bots.audit_every_s + 0.5 - world->now_s()));
+        swarm->end_run(world->client_time_s());
+        play_to_the_end(world->now_s());
         return swarm->report();
     }
 
@@ -124,6 +169,45 @@ class GameTest : public ::testing::Test {
         return difference;
     }
 
+    void set_up(const char* caller) {
+        find_config(caller);
+        swarm.reset();  // its transports lead to the world before
+        world = std::make_unique<VirtualServer>(server);
+        if (wrap_rules) {
+            world->wrap_rules(wrap_rules);
+        }
+        if (effects_) {
+            effects_->watch(*world);
+        }
+        bots.path_spread_s = server.network.spread_s();
+        swarm = std::make_unique<app::Swarm>(bots, [this](std::size_t) {
+            auto transport = world->connect();
+            return wrap ? wrap(std::move(transport)) : std::move(transport);
+        });
+    }
+
+    void step(const std::function<void(VirtualServer&, double)>& each_step = {}) {
+        world->step();
+        if (each_step) {
+            each_step(*world, world->now_s());
+        }
+        if (!clients_stall(world->now_s())) {
+            swarm->advance(world->client_time_s());
+        }
+    }
+
+    /// The run is over at about `end_s`.
+    void play_to_the_end(double end_s,
+                         const std::function<void(VirtualServer&, double)>& each_step = {}) {
+        while (!swarm->done()) {
+            step(each_step);
+            if (world->now_s() > end_s + 600.0) {
+                ADD_FAILURE() << "the swarm does not come to its end";
+                break;
+            }
+        }
+    }
+
     void find_config(const std::filesystem::path& source) {
         const std::filesystem::path config = source.parent_path() / server.config;
         if (!server.config_is_text && std::filesystem::exists(config)) {
@@ -159,6 +243,8 @@ class GameTest : public ::testing::Test {
     std::function<std::unique_ptr<link::Transport>(std::unique_ptr<link::Transport>)> wrap;
     std::unique_ptr<SideEffects> effects_;  ///< outlives the world, whose rules note them there
     std::unique_ptr<VirtualServer> world;
+    std::vector<std::unique_ptr<SteeredPlayer>> steered_;  // outlive the swarm's scripts
+    double begun_s_ = 0.0;
     std::unique_ptr<app::Swarm> swarm;
 };
 

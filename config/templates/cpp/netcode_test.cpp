@@ -16,6 +16,25 @@ TEST_F(GameTest, StaysConsistentOnABadNetwork) {
     EXPECT_GT(report.events_delivered, 100u) << "nobody was tagged";
 }
 
+// A test that plays itself: two players go where it sends them, and time goes on where it waits.
+TEST_F(GameTest, TagsWhoComesNear) {
+    constexpr std::uint32_t kTagged = 100;  // of game.cpp
+    server.config = "world.txtpb";
+    bots.bots = 2;
+    auto& ann = steer();
+    auto& bob = steer();
+    begin();
+    ann.walk_to(-8.0, 0.0);
+    bob.walk_to(8.0, 0.0);
+    ASSERT_TRUE(play_until([&] { return ann.arrived() && bob.arrived(); }, 20.0));
+    const auto tags = bob.heard(kTagged);
+    play(3.0);
+    EXPECT_EQ(bob.heard(kTagged), tags) << "tagged from afar";
+    ann.walk_to(8.0, 0.0);
+    EXPECT_TRUE(play_until([&] { return bob.heard(kTagged) > tags; }, 20.0));
+    EXPECT_TRUE(finish().consistent);
+}
+
 // The checker is checked: a server that hides an entity from its clients must be found.
 TEST_F(GameTest, FindsAFaultOnPurpose) {
     server.config = "world.txtpb";
