@@ -60,6 +60,10 @@ choose_compiler() {
 }
 
 build_targets() {
+    # Where the packages of the client for browsers came by hand, nobody has looked for them yet.
+    if [[ " $* " == *" web_client "* ]] && ! grep -q '^build web_client:' "$build/build.ninja" 2>/dev/null; then
+        configure="web_client"
+    fi
     if [[ ! -f "$build/build.ninja" || -n "$configure" ]]; then
         choose_compiler
         say "configuring $build${CXX:+ for $CXX}"
@@ -81,8 +85,11 @@ ZONED_BUILD=DIR builds somewhere else. CXX=COMPILER builds by another compiler t
 HELP
     exit 0
 fi
-# A few targets need no optional package.
-needed=()
-[[ " $* " == *" all "* ]] || needed=(-e '/^# Optional/Q')
+# A few targets need a part of the list.
+case " $* " in
+    *" all "*) needed=() ;;
+    *" web_client "*) needed=(-e '/^# Tests/Q') ;;
+    *) needed=(-e '/^# Client for browsers/Q') ;;
+esac
 install_missing
 build_targets "$@"

@@ -16,8 +16,9 @@ usage() {
 usage: server/run.sh [--bots N] [--seconds S] [--config FILE] [--open] [-- CLIENT-SIM-OPTION...]
 Installs what is missing, builds, starts a server on FILE (config/valley.txtpb), lets N bots (200) play for S seconds (30)
 and prints a verdict. Exit code: 0 consistent, 1 inconsistent, 2 bad usage or config, 3 the environment.
-With --open the world runs for looking, with the bots in it, until Ctrl-C: its address is printed, and opened where a
-desktop has a browser. Then there is no verdict, and the exit code is 0.
+With --open the world runs for looking and playing, with the bots in it, until Ctrl-C: its address is printed, and opened where
+a desktop has a browser. Then there is no verdict, and the exit code is 0. The first time it also builds the client for browsers;
+once that is there, every run says where to play.
 Also from the environment: BOTS, SECONDS, CONFIG, ZONED_BUILD. Options after -- go to client-sim, such as --loss 5.
 HELP
 }
@@ -28,8 +29,9 @@ is_number() { [[ "$1" =~ ^[1-9][0-9]*$ ]]; }
 
 open=""
 client_options=()
-# All bots are wanted in, however busy the machine is that they share with the server.
-server_options=(--set network.max_load=1000)
+# All bots are wanted in, however busy the machine is that they share with the server. A person may play among them: browsers come
+# in by a port of this machine alone (network.websocket_address), as the bots do.
+server_options=(--set network.max_load=1000 --set network.websocket_port=0)
 while (($# > 0)); do
     case "$1" in
         --help | -h) usage; exit 0 ;;
@@ -50,7 +52,8 @@ is_number "$bots" || { say "--bots needs a positive number, got '$bots'"; exit 2
 is_number "$seconds" || { say "--seconds needs a positive number, got '$seconds'"; exit 2; }
 [[ -r "$config" ]] || { say "cannot read the config '$config'"; exit 2; }
 
-"$root/config/prepare.sh" zoned client-sim
+# For looking the client for browsers is built as well; the measured run does not wait for it.
+"$root/config/prepare.sh" zoned client-sim ${open:+web_client}
 
 run="$build/run"
 mkdir -p "$run"
@@ -82,8 +85,6 @@ trap 'stop_children; exit 143' TERM
 
 say "starting the server on $config (log: $run/server.log)"
 rm -f "$run/server.json" "$run/client.json" "$run/ready"
-# With a browser at hand a person may play among the bots.
-[[ -z "$open" ]] || server_options+=(--set network.websocket_port=0)
 "$build/zoned" serve --config "$config" --set "session.state_folder=\"$run\"" --report "$run/server.json" \
     ${server_options[@]+"${server_options[@]}"} >"$run/ready" 2>"$run/server.log" &
 server_pid=$!
@@ -117,6 +118,9 @@ admin="$(sed -n 's/.* admin=\([0-9]*\).*/\1/p' <<<"$ready")"
 if [[ -r "$run/admin.token" ]]; then
     address="http://127.0.0.1:$admin/#token=$(<"$run/admin.token")"
     say "look at the world: $address"
+fi
+if [[ -s "$build/web/zoned_client.wasm" ]]; then
+    say "play in it: http://127.0.0.1:$admin/play"
 fi
 
 if [[ -n "$open" ]]; then

@@ -2,6 +2,7 @@
 #include "tests/integration/process/fixture.h"
 
 #include <csignal>
+#include <cstdio>
 
 namespace zoned::testing_process {
 namespace {
@@ -74,6 +75,18 @@ TEST_F(Process, BotsPlayOverWebSocketAndAreConsistent) {
     server->signal(SIGTERM);
     EXPECT_EQ(server->wait(kPatience), 0);
     EXPECT_NE(read(report).find("\"websockets_opened\": 10"), std::string::npos) << read(report);
+}
+
+TEST_F(Process, WebSocketsComeFromThisMachineAlone) {
+    const auto server = start_server({"--set", "network.websocket_port=0"});
+    char port[8];
+    std::snprintf(port, sizeof(port), ":%04X", number_after(server->output(), "websocket="));
+    // Of all sockets with that port, the kernel's list says where they listen: 127.0.0.1.
+    const std::string v4 = read("/proc/net/tcp");
+    const std::size_t at = v4.find(port + std::string(" 00000000:0000 0A"));
+    ASSERT_NE(at, std::string::npos) << v4;
+    EXPECT_EQ(v4.substr(at - 8, 8), "0100007F");
+    EXPECT_EQ(read("/proc/net/tcp6").find(port + std::string(" 0000")), std::string::npos);
 }
 
 TEST_F(Process, AWebSocketsPortSaysWhatItIs) {

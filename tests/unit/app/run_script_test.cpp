@@ -28,8 +28,9 @@ class RunScript : public testing::Test {
                       root_ / "server/run.sh",
                       fs::copy_options::overwrite_existing);
         std::ofstream(root_ / "config/valley.txtpb") << "\n";
-        program("config/prepare.sh", "exit ${PREPARE_CODE:-0}");
+        program("config/prepare.sh", "echo prepared \"$@\"; exit ${PREPARE_CODE:-0}");
         program("build/zoned", R"(
+            echo "$@" >"$ROOT/served"
             if [[ -n "${SERVER_DIES:-}" ]]; then echo "port in use" >&2; exit "$SERVER_DIES"; fi
             trap 'echo stopped >"$ROOT/stopped"; exit ${SERVER_CODE:-0}' TERM
             echo "ready tcp=4000 udp=4001 admin=4002 zones=4"
@@ -59,6 +60,12 @@ class RunScript : public testing::Test {
         return WEXITSTATUS(pclose(pipe));
     }
 
+    /// The arguments of the server.
+    [[nodiscard]] std::string served() const {
+        std::ifstream in(root_ / "served");
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
     [[nodiscard]] bool printed(const std::string& words) const {
         return output_.find(words) != std::string::npos;
     }
@@ -79,6 +86,19 @@ TEST_F(RunScript, TakesNumbersFromArgumentsAndEnvironmentAndPassesTheRestOn) {
     EXPECT_TRUE(printed("--loss 5")) << output_;
     EXPECT_EQ(run("BOTS=7", "--bots 8"), 0);
     EXPECT_TRUE(printed("--bots 8")) << "arguments win";
+}
+
+TEST_F(RunScript, LetsAPersonPlayOnceTheClientForBrowsersIsThere) {
+    EXPECT_EQ(run("", ""), 0) << output_;
+    EXPECT_TRUE(printed("prepared zoned client-sim\n")) << "nobody waits for it: " << output_;
+    EXPECT_FALSE(printed("/play")) << output_;
+    fs::create_directories(root_ / "build/web");
+    std::ofstream(root_ / "build/web/zoned_client.wasm") << "module";
+    EXPECT_EQ(run("", ""), 0) << output_;
+    EXPECT_TRUE(printed("play in it: http://127.0.0.1:4002/play\n")) << output_;
+    // The address is the default one, which is this machine's alone.
+    EXPECT_NE(served().find("network.websocket_port=0"), std::string::npos) << served();
+    EXPECT_EQ(served().find("address"), std::string::npos) << served();
 }
 
 TEST_F(RunScript, EndsWithTheVerdictOfTheClients) {
@@ -104,6 +124,7 @@ TEST_F(RunScript, KeepsTheWorldOpenUntilItIsInterrupted) {
     EXPECT_EQ(WEXITSTATUS(pclose(pipe)), 0) << output_;
     EXPECT_TRUE(printed("look at the world: http://127.0.0.1:4002/#token=secret")) << output_;
     EXPECT_TRUE(printed("until Ctrl-C")) << output_;
+    EXPECT_TRUE(printed("prepared zoned client-sim web_client\n")) << output_;
     std::ifstream asked(root_ / "asked");
     const std::string line((std::istreambuf_iterator<char>(asked)), {});
     EXPECT_NE(line.find("--bots 3 --seconds 604800 --no-audit --no-freeze"), std::string::npos);
