@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -51,9 +52,8 @@ Struct sized() {
     return out;
 }
 
-/// (w, x, y, z) of the C interface to (x, y, z, w) of rows.
 void put_orientation(Row& row, const float (&q)[4]) {
-    row.orientation = {part_of(q[1]), part_of(q[2]), part_of(q[3]), part_of(q[0])};
+    row.orientation = {part_of(q[0]), part_of(q[1]), part_of(q[2]), part_of(q[3])};
 }
 
 template <class Numbers>
@@ -243,10 +243,7 @@ ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
                 *out++ = static_cast<float>(part);
             }
             out = std::copy(std::begin(box.half_extents), std::end(box.half_extents), out);
-            *out++ = box.orientation[1];
-            *out++ = box.orientation[2];
-            *out++ = box.orientation[3];
-            *out++ = box.orientation[0];
+            out = std::copy(std::begin(box.orientation), std::end(box.orientation), out);
         }
     }
     return filled;

@@ -38,6 +38,14 @@ TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongFiftyBots) {
     Child bots("client-sim", peaceful);
     enter();
     EXPECT_TRUE(browser->wait_until("zoned.counts().entities >= 50", kPatience)) << bots.errors();
+    // Upright types are turned about the vertical axis alone.
+    EXPECT_EQ(browser->evaluate(
+                  "(() => { const types = zoned.page.client.types(); return "
+                  "[...zoned.entities.slotOf.values()].filter((slot) => "
+                  "types[zoned.entities.type(slot)].upright).every((slot) => { const [x, , z] = "
+                  "zoned.entities.orientation(slot); return Math.abs(x) + Math.abs(z) < 1e-3; }); "
+                  "})()"),
+              "true");
     const std::vector<double> before = own();
     const int frames = std::stoi(browser->evaluate("zoned.counts().frames"));
     // Towards the middle of the world, wherever the avatar was born: walls stop nobody there.
