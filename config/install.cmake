@@ -24,6 +24,11 @@ configure_file(${ZONED_LIBRARY}/zoned_client.pc.in ${PROJECT_BINARY_DIR}/zoned_c
 install(FILES ${PROJECT_BINARY_DIR}/zoned_client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 install(DIRECTORY ${ZONED_LIBRARY}/python ${ZONED_LIBRARY}/csharp ${ZONED_LIBRARY}/c ${ZONED_LIBRARY}/godot
   DESTINATION ${ZONED_DATA_DIR}/client FILES_MATCHING PATTERN "*.py" PATTERN "*.cs" PATTERN "*.[ch]" PATTERN "*.gdextension")
+# The client for pages: module, its types, and an example.
+if(ZONED_WEB_CLIENT)
+  install(FILES ${WEB_CLIENT} ${PROJECT_BINARY_DIR}/web/zoned_client.js ${PROJECT_SOURCE_DIR}/client-sim/web/zoned_client.d.ts
+    ${PROJECT_SOURCE_DIR}/client-sim/web/look_around.ts ${PROJECT_SOURCE_DIR}/client-sim/web/look_around.html DESTINATION ${ZONED_DATA_DIR}/client/web)
+endif()
 
 # The programs say themselves what their manual pages and completions hold; client-sim does so by --help.
 set(MAN ${PROJECT_BINARY_DIR}/man)

@@ -41,15 +41,22 @@ std::array<char, ZONED_CLIENT_NAME_BYTES> name_text{};
 std::vector<zoned_client_entity> entities;
 std::vector<zoned_client_box> boxes;
 
-std::int16_t part_of(float share) {
-    return static_cast<std::int16_t>(std::lround(std::clamp(share, -1.0F, 1.0F) * 32767.0F));
-}
-
 template <class Struct>
 Struct sized() {
     Struct out{};
     out.size = sizeof(Struct);
     return out;
+}
+
+/// Fills `entities` with those displayed now.
+void read_entities(const zoned_client* client) {
+    entities.resize(zoned_client_entities(client, nullptr, 0));
+    std::fill(entities.begin(), entities.end(), sized<zoned_client_entity>());
+    zoned_client_entities(client, entities.data(), entities.size());
+}
+
+std::int16_t part_of(float share) {
+    return static_cast<std::int16_t>(std::lround(std::clamp(share, -1.0F, 1.0F) * 32767.0F));
 }
 
 void put_orientation(Row& row, const float (&q)[4]) {
@@ -249,6 +256,28 @@ ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
     return filled;
 }
 
+/// The entities that are displayed now. Returns how many there are; fills 15 numbers for each of at
+/// most `capacity`: id, type, zone, appearance, at rest, position (3), orientation (4), velocity
+/// (3).
+ZONED_WEB_EXPORT std::size_t web_entities(const zoned_client* client,
+                                          double* out,
+                                          std::size_t capacity) {
+    if (capacity == 0) {
+        return zoned_client_entities(client, nullptr, 0);
+    }
+    read_entities(client);
+    for (std::size_t i = 0; i < std::min(entities.size(), capacity); ++i) {
+        const zoned_client_entity& entity = entities[i];
+        put(out,
+            std::array<std::uint32_t, 5>{
+                entity.id, entity.type, entity.zone, entity.appearance, entity.at_rest});
+        put(out, entity.position);
+        put(out, entity.orientation);
+        put(out, entity.velocity);
+    }
+    return entities.size();
+}
+
 /// The scene as it is displayed now, as one whole message of the viewer's stream; the own avatar
 /// comes last. Returns its size in bytes, at most `capacity`.
 ZONED_WEB_EXPORT std::size_t web_rows(const zoned_client* client,
@@ -260,9 +289,7 @@ ZONED_WEB_EXPORT std::size_t web_rows(const zoned_client* client,
         return 0;
     }
     const std::size_t most = (capacity / 4 - kHeadWords) / (1 + kRowWords);
-    entities.resize(zoned_client_entities(client, nullptr, 0));
-    std::fill(entities.begin(), entities.end(), sized<zoned_client_entity>());
-    zoned_client_entities(client, entities.data(), entities.size());
+    read_entities(client);
     std::uint32_t count = 0;
     std::uint32_t* at = out + kHeadWords;
     const auto add = [&](Row& row) {

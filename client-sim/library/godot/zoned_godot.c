@@ -26,7 +26,7 @@ typedef struct {
     void* parts[2];
 } opaque;
 
-/* What Godot offers. */
+/* Functions of Godot. */
 static struct {
     GDExtensionInterfacePrintError print_error;
     GDExtensionInterfaceVariantGetType variant_get_type;

@@ -5,7 +5,7 @@ import { Renderer } from '../renderer.js';
 import { Geometry } from '../terrain.js';
 import { PlayerControls } from './controls.js';
 import * as sandbox from './sandbox.js';
-import { CLOSED, ONLINE, WebClient, load } from './web_client.js';
+import { CLOSED, ONLINE, WebClient, load } from '../../../../client-sim/web/zoned_client.ts';
 
 const FIGURES_MS = 250;
 const DOORS_MS = 200;
