@@ -37,7 +37,7 @@ double speed_share(const view::View& view, double away_m, std::uint16_t buttons)
 
 }  // namespace
 
-/// What the bot asks each tick.
+/// The bot asks it each tick.
 class SteeredPlayer::Hand final : public bot::OwnScript {
   public:
     explicit Hand(SteeredPlayer& player) : player_(player) {}

@@ -26,6 +26,19 @@ wait_for() {
     done
 }
 
+# measured NAME COMMAND...: prints what the command took, and fails where it took more than 180 s of processors, children and all.
+# A game has to run three minutes after its birth. Processor time is what a busy machine does not change; who needs no more of it
+# than that has the game within three minutes on a single idle core.
+measured() {
+    local name="$1" TIMEFORMAT="%R %U %S" wall user system code=0
+    shift
+    { time "$@" >"$scratch/measured.log" 2>&1 || code=$?; } 2>"$scratch/measured.time"
+    ((code == 0)) || { tail -n 40 "$scratch/measured.log"; fail "$name"; }
+    read -r wall user system <"$scratch/measured.time"
+    say "$name: $wall s, $(awk "BEGIN { print $user + $system }") s of processors"
+    awk "BEGIN { exit !($user + $system <= ${MOST_CPU_S:-180}) }" || fail "$name takes more than ${MOST_CPU_S:-180} s of processors"
+}
+
 # base_system FOLDER: a bare Debian 12 by debootstrap, or from the tar file ZONED_BASE_TAR where it is set.
 base_system() {
     mkdir -p "$1"

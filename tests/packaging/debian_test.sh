@@ -83,12 +83,30 @@ say "a game of one's own, built by its user with what the packages brought"
 cp "$development" "$root/root/zoned-dev.deb"
 inside apt-get install -q -y --no-install-recommends /root/zoned-dev.deb >"$scratch/apt.log" 2>&1 || { tail -n 20 "$scratch/apt.log"; fail "apt-get install of zoned-dev"; }
 inside useradd --create-home ann
-for language in "" --lua; do
-    # shellcheck disable=SC2086  # no argument at all in C++
-    inside su ann -c "cd && zoned new my_game$language $language --name my_game --test" >"$scratch/game.log" 2>&1 ||
-        { tail -n 30 "$scratch/game.log"; fail "a new game ($language)"; }
+declare -A game=([my_game]="" [my_lua]="--lua" [my_match]="--game capture_the_flag")
+for name in "${!game[@]}"; do
+    measured "zoned new $name ${game[$name]}, until it runs" inside su ann -c \
+        "cd && zoned new $name ${game[$name]} --test && $name/run.sh --seconds 1 --set network.tcp_port=0 --set network.udp_port=0"
+    grep -q '^ready ' "$scratch/measured.log" || { tail -n 30 "$scratch/measured.log"; fail "$name does not run"; }
+    inside su ann -c "cd && $name/package.sh" >"$scratch/game.log" 2>&1 || { tail -n 30 "$scratch/game.log"; fail "the package of $name"; }
 done
 inside apt-get purge -q -y zoned-dev >/dev/null 2>&1 || fail "the purge of zoned-dev"
+
+say "the games' own packages, where nothing is left to build them"
+for name in "${!game[@]}"; do
+    inside sh -c "apt-get install -q -y --no-install-recommends /home/ann/$name/build/*.deb" >"$scratch/apt.log" 2>&1 ||
+        { tail -n 20 "$scratch/apt.log"; fail "apt-get install of $name"; }
+    command="/usr/bin/$name-server"
+    [[ -e "$root$command" ]] || command="zoned"  # rules in Lua are files of the server
+    inside su ann -c "cd && $command serve --config /usr/share/$name/world.txtpb --set network.tcp_port=0 \
+        --set network.udp_port=0 --set 'session.state_folder=\"/home/ann/state-$name\"' --seconds 15 >ready-$name" 2>"$scratch/game.log" &
+    started+=("$!")
+    wait_for 30 grep -q '^ready ' "$root/home/ann/ready-$name" || { cat "$scratch/game.log"; fail "the packaged $name does not start"; }
+    port="$(sed -n 's/^ready tcp=\([0-9]*\).*/\1/p' "$root/home/ann/ready-$name")"
+    inside client-sim --connect "127.0.0.1:$port" --bots 5 --seconds 3 >"$scratch/bots" 2>&1 || { cat "$scratch/bots"; fail "bots in the packaged $name"; }
+    wait "$!" || { cat "$scratch/game.log"; fail "the packaged $name ends with $?"; }
+    inside apt-get purge -q -y "${name//_/-}" >/dev/null 2>&1 || fail "the purge of $name"
+done
 
 say "an upgrade keeps what the operator changed"
 next="$scratch/next"

@@ -58,10 +58,21 @@ wait "$server" || fail "the server ends with $?"
 started=()
 grep -q '"state_hash"' report.json || fail "no report"
 # Games of one's own with the tools that come along; nothing is overwritten.
-"$prefix/bin/zoned" new my_game --test >game.log 2>&1 || { cat game.log; fail "a new game in C++"; }
-"$prefix/bin/zoned" new my_lua --lua --test >game.log 2>&1 || { cat game.log; fail "a new game in Lua"; }
-grep -q 'every hash agrees' game.log || { cat game.log; fail "the new game in Lua was not replayed"; }
-"$prefix/bin/zoned" new my_match --game capture_the_flag --test >game.log 2>&1 || { cat game.log; fail "capture the flag"; }
+# From nothing to a server that runs and a test that passed: at most three minutes.
+new_game() {  # NAME OPTION...
+    "$prefix/bin/zoned" new "$@" --test && "$1/run.sh" --seconds 1 --set network.tcp_port=0 --set network.udp_port=0
+}
+for game in "my_game" "my_lua --lua" "my_match --game capture_the_flag"; do
+    # shellcheck disable=SC2086  # several words on purpose
+    PATH="$prefix/bin:$PATH" CMAKE_PREFIX_PATH="$prefix" measured "zoned new $game, until it runs" new_game $game
+    grep -q '^ready ' "$scratch/measured.log" || { cat "$scratch/measured.log"; fail "$game does not run"; }
+    cp "$scratch/measured.log" "${game%% *}.log"
+    PATH="$prefix/bin:$PATH" CMAKE_PREFIX_PATH="$prefix" "${game%% *}/package.sh" >game.log 2>&1 || { cat game.log; fail "the package of $game"; }
+    dpkg-deb --contents "${game%% *}"/build/*.deb | grep -q world.txtpb || fail "the package of $game holds no world"
+done
+grep -q 'every hash agrees' my_lua.log || { cat my_lua.log; fail "the new game in Lua was not replayed"; }
+# The clock is checked: nothing is made in no time.
+if (MOST_CPU_S=0 measured "a clock that finds" "$prefix/bin/zoned" new too_late) >/dev/null 2>&1; then fail "no game takes too long"; fi
 # Its bots score on a running server, and the next server has the leaderboard from its store.
 start_match() {
     my_match/build/my_match-server serve --config my_match/world.txtpb --set network.tcp_port=0 --set network.udp_port=0 >ready 2>log &
