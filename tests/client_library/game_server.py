@@ -39,15 +39,18 @@ def scratch():
 
 
 @contextlib.contextmanager
-def serve(change=lambda text: text, websocket=False):
-    """The minimal world with its text changed, until the end of the block."""
+def serve(change=None, websocket=False, world="minimal", settings=()):
+    """A world that is shipped, its text changed if need be, until the end of the block."""
     with scratch() as folder:
-        config = folder / "world.txtpb"
-        config.write_text(change((SOURCE / "config" / "minimal.txtpb").read_text()))
+        config = SOURCE / "config" / f"{world}.txtpb"
+        if change:
+            text = change(config.read_text())
+            config = folder / "world.txtpb"
+            config.write_text(text)
         state = folder / "state"
         command = [BUILD / "zoned", "serve", "--config", config]
         for setting in ("network.tcp_port=0", "network.udp_port=0",
-                        f'session.state_folder="{state}"'):
+                        f'session.state_folder="{state}"', *settings):
             command += ["--set", setting]
         if websocket:
             command += ["--set", "network.websocket_port=0"]
