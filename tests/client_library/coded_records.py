@@ -884,6 +884,7 @@ class Fields:
         expected = self.steps(expected, self.level.position, self.level.position_limit)
         values = self.vector((POSITION_XZ, POSITION_Y), expected, self.level.position_limit)
         self.publication.position, self.position_residual = values
+        self.expected_y = expected[1]
 
     def read_velocity(self):
         """Velocity, with its share of the position's residual."""
@@ -922,10 +923,8 @@ class Fields:
         publication, base, step = self.publication, self.base, self.level.position
         if publication.motion != 4:
             return
-        expected = publication.position[1]
-        if not base:
-            expected = rounded(self.body.place_before[1] / step)
-        elif base.motion == 4:
+        expected = self.expected_y
+        if base and base.motion == 4:
             expected = rounded(base.floor * self.levels[base.level].position / step)
         limit = self.level.position_limit[1]
         publication.floor, _ = self.component(FLOOR_Y, within(expected, limit), limit)

@@ -130,8 +130,8 @@ class Streams(unittest.TestCase):
         if record.kind == REMOVE:
             return [record.entity]
         return [record.entity, record.type, int(record.upright), record.tick, record.level, record.motion,
-                *record.position, *record.velocity, *record.orientation, *record.angular_velocity, record.left_out,
-                record.appearance]
+                *record.position, *record.velocity, *record.acceleration, *record.turn, *record.orientation,
+                *record.angular_velocity, record.left_out, record.appearance, record.floor]
 
     def play(self, seed):
         """One stream."""

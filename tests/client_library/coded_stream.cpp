@@ -17,7 +17,7 @@ constexpr float kTickS = 1.0F / 30.0F;
 struct Mover {
     motion::KinematicState state;
     bool rests = false;
-    bool flies = false;  // told with a velocity
+    motion::PredictorOrder order = motion::PredictorOrder::kStatic;  // as which it is told
     bool known = false;
 };
 
@@ -50,7 +50,9 @@ class MoverWorld {
     void move(Mover& mover) {
         if (rng.below(40) == 0) {
             mover.rests = rng.below(3) == 0;
-            mover.flies = rng.below(3) == 0;
+            const auto kinds = static_cast<std::uint32_t>(motion::kPredictorOrders);
+            mover.order = static_cast<motion::PredictorOrder>(rng.below(2) * rng.below(kinds));
+            mover.state.floor = mover.state.position.y() - 0.1F * static_cast<float>(rng.below(40));
         }
         motion::KinematicState& s = mover.state;
         if (!mover.known || rng.below(60) == 0) {
@@ -60,6 +62,8 @@ class MoverWorld {
         if (rng.below(10) == 0) {
             s.velocity = random_vector(rng, 4.0F);
             s.angular_velocity = random_vector(rng, 3.0F);
+            s.acceleration = random_vector(rng, 9.0F);
+            s.turn = random_vector(rng, 2.0F);
         }
         if (!mover.rests) {
             s.position += kTickS * s.velocity;
@@ -78,13 +82,12 @@ class MoverWorld {
         const bool other = rng.below(15) == 0;
         record.lod = static_cast<std::uint8_t>(other ? rng.below(kLods) : i % 4 == 0 ? 1 : 0);
         record.tick = tick - static_cast<Tick>(rng.below(8) == 0 ? rng.below(4) : 0);
-        record.state = quantize(
-            mover.state,
-            mover.flies ? motion::PredictorOrder::kLinear : motion::PredictorOrder::kStatic,
-            record.upright,
-            mover.rests,
-            static_cast<std::uint16_t>(rng.below(30) == 0 ? rng.below(9) : 0),
-            format.levels[record.lod].quantization);
+        record.state = quantize(mover.state,
+                                mover.order,
+                                record.upright,
+                                mover.rests,
+                                static_cast<std::uint16_t>(rng.below(30) == 0 ? rng.below(9) : 0),
+                                format.levels[record.lod].quantization);
     }
 
     std::array<Mover, 24> movers_;
@@ -110,11 +113,15 @@ void print(const record::RecordFrame& frame, const std::vector<std::uint8_t>& co
                         static_cast<long long>(r.tick),
                         r.lod,
                         columns_of(s)[0]);
-            for (const auto* vector :
-                 {&s.position, &s.velocity, &s.orientation, &s.angular_velocity}) {
+            for (const auto* vector : {&s.position,
+                                       &s.velocity,
+                                       &s.acceleration,
+                                       &s.turn,
+                                       &s.orientation,
+                                       &s.angular_velocity}) {
                 std::printf(" %d %d %d", (*vector)[0], (*vector)[1], (*vector)[2]);
             }
-            std::printf(" %d %d", s.orientation_largest, s.appearance);
+            std::printf(" %d %d %d", s.orientation_largest, s.appearance, s.floor);
         }
         std::printf("\n");
     }

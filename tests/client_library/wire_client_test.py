@@ -20,7 +20,7 @@ SANDBOX = proto_messages.Schema(PROTO / "sandbox.proto")
 CORNERS = ((-3.0, -3.0), (6.0, -3.0), (6.0, 6.0), (-3.0, 6.0))
 PAUSE = range(90, 132)  # of each 150 ticks: the server repeats the last command, then the avatar stands
 JUMP_EVERY, SPRINT_LEG = 40, 2
-FROZEN_AUDITS = 6  # what moved slowly is published with its next heartbeat, within 60 ticks; audits come every 15
+FROZEN_AUDITS = 3  # all is published as it stands when the world stops; audits come every 15 ticks
 # Half an ulp of positions within 64 m of a zone's origin is 2^-19 m. A border is crossed within 16 ticks of the newest
 # state that was told: two changes of coordinates and 16 sums of either side, on three axes.
 CROSSING_M = (2 + 2 * 16) * 2 ** -19 * math.sqrt(3)

@@ -30,11 +30,6 @@ class Judge:
         """One more finding."""
         self.findings.append(f"tick {audit.tick}, entity {entity.entity}: {text}")
 
-    def in_zone(self, zone, entity):
-        """Whether the client's zone is its owner; what it hears of a neighbour's is within the bound."""
-        region = next(one for one in self.player.world.zones if one.id == zone)
-        return all(low <= at < up for low, at, up in zip(region.lower, entity.position[::2], region.upper))
-
     def factor(self, level, tick):
         """By how much the bound of a level is wider at a tick; None where there is none."""
         told = [self.player.widened[one] for one in self.player.widened if tick - RESENT_WITHIN_TICKS <= one <= tick]
@@ -51,7 +46,7 @@ class Judge:
         """All entities of one audit."""
         for entity in audit.entities:
             publication = self.view.at(entity.entity, audit.tick)
-            if audit.frozen and self.in_zone(audit.zone, entity):
+            if audit.frozen:
                 self.compare_exactly(audit, entity)
             elif self.after_loss(audit.tick):
                 self.passed_over += 1
