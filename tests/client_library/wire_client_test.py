@@ -4,6 +4,7 @@ import contextlib
 import copy
 import math
 import subprocess
+import time
 import unittest
 from unittest import mock
 
@@ -64,7 +65,7 @@ class Play:
 
     def __init__(self, test, server, loss=0.0, delay_s=0.0):
         networks = [Network(loss, delay_s, 0.25 * delay_s, seed) for seed in (1, 2)]
-        self.test, self.audits, self.displayed = test, [], []
+        self.test, self.audits, self.displayed, self.ahead_ticks = test, [], [], []
         self.client = WireClient("127.0.0.1", server.port, name="Ann", up=networks[0], down=networks[1])
         self.client.on_audit = self.take_audit
         self.course = self.client.drive = Course(self.client)
@@ -72,6 +73,8 @@ class Play:
     def take_audit(self, audit):
         """Notes the truth, and how far from it the view is when it comes."""
         self.audits.append(audit)
+        if self.client.clock.known() and not audit.frozen:
+            self.ahead_ticks.append(self.client.clock.server_tick(time.monotonic()) - audit.tick)
         view = self.client.player.view
         for entity in audit.entities:
             publication = view.at(entity.entity)
@@ -102,6 +105,13 @@ class Play:
             if audit.tick > self.audits[0].tick + 30:
                 judge.judge(audit)
         return judge
+
+    def check_clock(self):
+        """An audit leaves in the stream, which nothing delays, right after the step of its tick."""
+        least = min(self.ahead_ticks[2:])
+        print(f"  clock: {least:.3f} ticks ahead of audits at least")
+        self.test.assertGreater(least, -0.3)
+        self.test.assertLess(least, 0.7)
 
     def check_view(self):
         """What it showed of others."""
@@ -191,6 +201,7 @@ class Worlds(unittest.TestCase):
             self.assertEqual((play.client.player.counts["coded"], play.client.player.troubles), (0, []))
             play.check_view()
             play.check_prediction()
+            play.check_clock()
             play.check_faults()
             play.client.session.quit()
 
@@ -209,6 +220,7 @@ class Worlds(unittest.TestCase):
             judge = play.check_view()
             self.assertGreater(judge.words, 5)
             play.check_prediction()
+            play.check_clock()
             play.check_faults()
             play.client.session.quit()
 
