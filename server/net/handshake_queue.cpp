@@ -66,9 +66,7 @@ HandshakeQueue::HandshakeQueue(asio::io_context& io,
 
 void HandshakeQueue::add(asio::ip::tcp::socket socket, const Address& peer) {
     const Number number = ++last_;
-    const auto wait = std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(settings_.timeout_s));
-    waiting_.emplace(number, Waiting{std::move(socket), peer, Clock::now() + wait});
+    waiting_.emplace(number, Waiting{std::move(socket), peer, Clock::now()});
     if (waiting_.size() == 1) {
         arm_sweep();
     }
@@ -118,6 +116,7 @@ void HandshakeQueue::look(Number number) {
 
 void HandshakeQueue::be_ready(Number number) {
     auto one = waiting_.extract(number);
+    one.mapped().spent = Clock::now() - one.mapped().since;
     const NetworkKey network = network_of(one.mapped().peer);
     std::deque<Waiting>& line = ready_[network];
     if (line.empty()) {
@@ -136,12 +135,17 @@ void HandshakeQueue::leave(Number number, Left why) {
 
 // ---------------------------------------------------------------- too late
 
+HandshakeQueue::Clock::duration HandshakeQueue::patience() const {
+    return std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(settings_.timeout_s));
+}
+
 /// All wait equally long for their message, so the first to come is the first to go.
 void HandshakeQueue::arm_sweep() {
     if (waiting_.empty()) {
         return;
     }
-    sweep_timer_.expires_at(waiting_.begin()->second.deadline);
+    sweep_timer_.expires_at(waiting_.begin()->second.since + patience());
     sweep_timer_.async_wait([self = shared_from_this()](const asio::error_code& ec) {
         if (!ec) {
             self->sweep();
@@ -151,7 +155,7 @@ void HandshakeQueue::arm_sweep() {
 
 void HandshakeQueue::sweep() {
     const Clock::time_point now = Clock::now();
-    while (!waiting_.empty() && waiting_.begin()->second.deadline <= now) {
+    while (!waiting_.empty() && waiting_.begin()->second.since + patience() <= now) {
         leave(waiting_.begin()->first, Left::kTimeout);
     }
     arm_sweep();
@@ -194,7 +198,7 @@ void HandshakeQueue::start_those_due() {
         wake_at(one.socket, 1);
         next_start_ += std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(1.0 / settings_.starts_per_s));
-        callbacks_.start(std::move(one.socket), one.peer);
+        callbacks_.start(std::move(one.socket), one.peer, one.spent);
     }
 }
 

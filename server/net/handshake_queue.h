@@ -38,8 +38,12 @@ class HandshakeQueue : public std::enable_shared_from_this<HandshakeQueue> {
         kNoTls,  ///< the first bytes begin no handshake
     };
 
+    using Clock = std::chrono::steady_clock;
+
     struct Callbacks {
-        std::function<void(asio::ip::tcp::socket, const Address&)> start;
+        /// `spent`: how long the client took for its first message; waiting for a turn is not its
+        /// fault.
+        std::function<void(asio::ip::tcp::socket, const Address&, Clock::duration spent)> start;
         std::function<void(const Address&, Left)> left;
     };
 
@@ -55,19 +59,20 @@ class HandshakeQueue : public std::enable_shared_from_this<HandshakeQueue> {
     void clear();
 
   private:
-    using Clock = std::chrono::steady_clock;
     using Number = std::uint64_t;  ///< in the order of arrival
 
     struct Waiting {
         asio::ip::tcp::socket socket;
         Address peer;
-        Clock::time_point deadline;
+        Clock::time_point since;
+        Clock::duration spent{};
     };
 
     void wait_for_bytes(Number number);
     void look(Number number);
     void be_ready(Number number);
     void leave(Number number, Left why);
+    [[nodiscard]] Clock::duration patience() const;
     void sweep();
     void arm_sweep();
     void start_those_due();

@@ -57,6 +57,7 @@ StreamConnection::StreamConnection(asio::ip::tcp::socket socket,
                                    StreamNumber number,
                                    const Address& peer,
                                    const ConnectionLimits& limits,
+                                   Clock::duration spent,
                                    std::shared_ptr<ConnectionEvents> events)
     : stream_(std::move(socket), context),
       gate_(std::move(gate)),
@@ -65,6 +66,7 @@ StreamConnection::StreamConnection(asio::ip::tcp::socket socket,
       number_(number),
       peer_(peer),
       limits_(limits),
+      since_(Clock::now() - spent),
       events_(std::move(events)),
       in_(kFirstBuffer) {
 }
@@ -79,7 +81,7 @@ void StreamConnection::start() {
         setsockopt(
             stream_.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most, sizeof(most));
     }
-    arm_deadline(limits_.handshake_timeout_s);
+    arm_deadline(std::max(0.0, limits_.handshake_timeout_s - spent_s()));
     if (stream_.tls() == nullptr) {
         read_upgrade();
         return;

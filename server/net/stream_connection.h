@@ -10,6 +10,7 @@
 
 #include <asio/steady_timer.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -30,8 +31,8 @@ using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 using StreamNumber = std::uint64_t;
 
 struct ConnectionLimits {
-    double handshake_timeout_s = 10.0;
-    double close_timeout_s = 3.0;  ///< for an orderly end; after it the socket is just closed
+    double handshake_timeout_s = 10.0;  ///< for the first message and the handshake together
+    double close_timeout_s = 3.0;       ///< for an orderly end; after it the socket is just closed
     std::size_t max_frame_bytes = 65536;  ///< of frames that come in
     /// Waiting to be sent, shared bytes not counted; more: the connection is closed.
     std::size_t max_queue_bytes = 1u << 20;
@@ -84,13 +85,16 @@ struct ConnectionEvents {
 /// close(), so their callers need not expect to be called back.
 class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   public:
-    /// Without a context: plain. With a gate: a WebSocket.
+    using Clock = std::chrono::steady_clock;
+
+    /// Without a context: plain. With a gate: a WebSocket. `spent`: of the time for the handshake.
     StreamConnection(asio::ip::tcp::socket socket,
                      asio::ssl::context* context,
                      std::shared_ptr<const WebSocketGate> gate,
                      StreamNumber number,
                      const Address& peer,
                      const ConnectionLimits& limits,
+                     Clock::duration spent,
                      std::shared_ptr<ConnectionEvents> events);
 
     void start();
@@ -110,6 +114,11 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
     [[nodiscard]] bool local() const { return peer_.is_loopback() && !forwarded_; }
 
     [[nodiscard]] bool opened() const { return opened_; }
+
+    /// How long the client has taken so far, without its wait for a turn, s.
+    [[nodiscard]] double spent_s() const {
+        return std::chrono::duration<double>(Clock::now() - since_).count();
+    }
 
     /// Bytes that wait to be sent.
     [[nodiscard]] std::size_t backlog() const { return queued_ + writing_.size() + shared_; }
@@ -168,6 +177,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
     StreamNumber number_;
     Address peer_;
     ConnectionLimits limits_;
+    Clock::time_point since_;
     std::shared_ptr<ConnectionEvents> events_;
     ConnectionState state_ = ConnectionState::kHandshake;
     bool opened_ = false;

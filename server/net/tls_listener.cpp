@@ -62,7 +62,7 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     void on_accept(const asio::error_code& ec, tcp::socket socket);
     void take(tcp::socket socket);
     void queue(tcp::socket socket, const Address& peer);
-    void begin(tcp::socket socket, const Address& peer);
+    void begin(tcp::socket socket, const Address& peer, HandshakeQueue::Clock::duration spent);
     void on_left(const Address& peer, HandshakeQueue::Left why);
     void forget(const Address& peer);
     void on_gone(StreamConnection& connection, const std::string& reason);
@@ -123,9 +123,9 @@ void TlsListener::Impl::connect_events() {
     // The listener outlives none of these: its destructor empties them.
     events->opened = [this](StreamConnection& c, const DatagramKeys* keys) {
         if (keys != nullptr) {
-            callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), *keys);
+            callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), c.spent_s(), *keys);
         } else {
-            callbacks.on_websocket(c.number(), c.peer(), c.local());
+            callbacks.on_websocket(c.number(), c.peer(), c.local(), c.spent_s());
         }
     };
     events->frame = [this](StreamConnection& c, std::span<const std::uint8_t> frame) {
@@ -203,7 +203,9 @@ void TlsListener::Impl::queue(tcp::socket socket, const Address& peer) {
     waiting->add(std::move(socket), peer);
 }
 
-void TlsListener::Impl::begin(tcp::socket socket, const Address& peer) {
+void TlsListener::Impl::begin(tcp::socket socket,
+                              const Address& peer,
+                              HandshakeQueue::Clock::duration spent) {
     const StreamNumber number = ++last_number;
     auto connection = std::make_shared<StreamConnection>(std::move(socket),
                                                          context ? &*context : nullptr,
@@ -211,6 +213,7 @@ void TlsListener::Impl::begin(tcp::socket socket, const Address& peer) {
                                                          number,
                                                          peer,
                                                          settings.limits,
+                                                         spent,
                                                          events);
     connections.emplace(number, connection);
     connection->start();
@@ -265,8 +268,9 @@ TlsListener::TlsListener(asio::io_context& io, const TlsSettings& settings, TlsC
         HandshakeQueueSettings{
             !settings.plain, settings.limits.handshake_timeout_s, settings.max_handshakes_per_s},
         HandshakeQueue::Callbacks{
-            [impl = impl_.get()](tcp::socket socket, const Address& peer) {
-                impl->begin(std::move(socket), peer);
+            [impl = impl_.get()](
+                tcp::socket socket, const Address& peer, HandshakeQueue::Clock::duration spent) {
+                impl->begin(std::move(socket), peer, spent);
             },
             [impl = impl_.get()](const Address& peer, HandshakeQueue::Left why) {
                 impl->on_left(peer, why);

@@ -32,10 +32,13 @@ struct TlsSettings {
 
 /// Events of streams, from the thread of the io_context, never from within a call of the listener.
 struct TlsCallbacks {
-    std::function<void(StreamNumber, const Address& peer, bool loopback, const DatagramKeys&)>
+    /// `spent_s`: how long the client took from its connection on, without its wait for a turn.
+    std::function<
+        void(StreamNumber, const Address& peer, bool loopback, double spent_s, const DatagramKeys&)>
         on_open;
     /// In its place for a WebSocket. `local`: the client is on this machine, as far as proxies say.
-    std::function<void(StreamNumber, const Address& peer, bool local)> on_websocket = {};
+    std::function<void(StreamNumber, const Address& peer, bool local, double spent_s)>
+        on_websocket = {};
     std::function<void(StreamNumber, std::span<const std::uint8_t> frame)> on_frame;
     /// Once per opened stream, by whichever side it ended. Empty reason: ended in order.
     std::function<void(StreamNumber, const std::string& reason)> on_closed;

@@ -83,14 +83,15 @@ net::TlsCallbacks Network::callbacks() {
     callbacks.on_open = [this](net::StreamNumber stream,
                                const mailbox::Address& from,
                                bool loopback,
+                               double spent_s,
                                const net::DatagramKeys& keys) {
         host_.on_stream_open(
-            session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds());
+            session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds() - spent_s);
         host_.set_peer(session::StreamId(stream), from);
     };
     callbacks.on_websocket =
-        [this](net::StreamNumber stream, const mailbox::Address& from, bool local) {
-            host_.on_websocket_open(session::StreamId(stream), local, steady_seconds());
+        [this](net::StreamNumber stream, const mailbox::Address& from, bool local, double spent_s) {
+            host_.on_websocket_open(session::StreamId(stream), local, steady_seconds() - spent_s);
             host_.set_peer(session::StreamId(stream), from);
         };
     callbacks.on_frame = [this](net::StreamNumber stream, std::span<const std::uint8_t> frame) {

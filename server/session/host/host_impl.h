@@ -96,7 +96,7 @@ struct SessionHost::Impl {
     bool queue_event(Session& session, const mailbox::EventOut& event, const EventBody& body);
 
     // ---- session_host.cpp: streams and sessions come and go
-    void add_stream(StreamId stream, ClientStream opened, double now_s);
+    void add_stream(StreamId stream, ClientStream opened, double connected_s);
     void send(StreamId stream, Bytes frame);
     void send_long(StreamId stream, Bytes head, const SharedBytes& tail);
     void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;

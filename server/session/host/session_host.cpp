@@ -126,9 +126,11 @@ void SessionHost::Impl::look_at_backlog(Session& session, double now_s) const {
     session.backlog_seen_s = now_s;
 }
 
-void SessionHost::Impl::add_stream(StreamId stream, ClientStream opened, double now_s) {
+void SessionHost::Impl::add_stream(StreamId stream, ClientStream opened, double connected_s) {
     streams[stream] = std::move(opened);
-    login_deadlines.emplace_back(now_s + settings.login_timeout_s, stream);
+    const std::pair<double, StreamId> deadline{connected_s + settings.login_timeout_s, stream};
+    login_deadlines.insert(
+        std::upper_bound(login_deadlines.begin(), login_deadlines.end(), deadline), deadline);
 }
 
 void SessionHost::Impl::close_stream(StreamId stream,
@@ -283,12 +285,12 @@ void SessionHost::on_stream_open(StreamId stream,
                                  bool loopback,
                                  const wire::SealKey& down,
                                  const wire::SealKey& up,
-                                 double now_s) {
-    impl_->add_stream(stream, ClientStream{loopback, down, up, false, false, {}}, now_s);
+                                 double connected_s) {
+    impl_->add_stream(stream, ClientStream{loopback, down, up, false, false, {}}, connected_s);
 }
 
-void SessionHost::on_websocket_open(StreamId stream, bool local, double now_s) {
-    impl_->add_stream(stream, ClientStream{local, {}, {}, true, false, {}}, now_s);
+void SessionHost::on_websocket_open(StreamId stream, bool local, double connected_s) {
+    impl_->add_stream(stream, ClientStream{local, {}, {}, true, false, {}}, connected_s);
 }
 
 void SessionHost::on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s) {

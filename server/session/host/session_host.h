@@ -130,16 +130,16 @@ class SessionHost {
     SessionHost(HostSettings settings, SessionOutput output);
     ~SessionHost();
 
-    /// A stream finished its TLS handshake. `keys` derive from its exporter; `loopback` says
-    /// whether the peer is local.
+    /// A stream finished its TLS handshake. The keys derive from its exporter; `loopback` says
+    /// whether the peer is local. The time for the login counts from `connected_s`.
     void on_stream_open(StreamId stream,
                         bool loopback,
                         const wire::SealKey& down,
                         const wire::SealKey& up,
-                        double now_s);
+                        double connected_s);
     /// A WebSocket was opened. It protects what it carries, so datagrams travel in it as they are,
     /// and never by UDP. `local`: the client is on this machine.
-    void on_websocket_open(StreamId stream, bool local, double now_s);
+    void on_websocket_open(StreamId stream, bool local, double connected_s);
     /// The address of a stream that is open, for figures.
     void set_peer(StreamId stream, const mailbox::Address& address);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);

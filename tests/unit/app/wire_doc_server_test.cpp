@@ -178,7 +178,7 @@ std::map<std::string, double> limits_of_the_code() {
         {"bytes of a team", number(longest(session::is_valid_team))},
         {"bytes of a ticket", number(longest_ticket())},
         {"bytes of a ticket's account, at least 1", number(longest(takes_account))},
-        {"s from the end of the handshake to `Hello`", host.login_timeout_s},
+        {"s from the connection to `Hello`, without waiting for a turn", host.login_timeout_s},
         {"s without a datagram or frame", host.silence_timeout_s},
         {"s of grace without a stream", host.grace_s},
         {"ticks of a command ahead", number(reach_of_the_gate(host.input_window_ticks, 1))},

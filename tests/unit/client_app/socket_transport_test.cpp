@@ -46,7 +46,7 @@ class Echo {
         tls.bind_address = "127.0.0.1";
         tls.certificate.state_dir = folder_;
         net::TlsCallbacks callbacks;
-        callbacks.on_open = [this](net::StreamNumber n, const auto&, bool, const auto& k) {
+        callbacks.on_open = [this](net::StreamNumber n, const auto&, bool, double, const auto& k) {
             keys[n] = k;
         };
         callbacks.on_frame = [this](net::StreamNumber n, std::span<const std::uint8_t> frame) {

@@ -12,8 +12,10 @@
 #include <openssl/ssl.h>
 
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace zoned::net {
@@ -22,9 +24,13 @@ class TlsClient {
   public:
     TlsClient() : context_(asio::ssl::context::tls_client), stream_(io_, context_) {}
 
-    /// False when connection or handshake fail; `error` then says why.
-    bool connect(std::uint16_t port, const std::string& host = "127.0.0.1") {
+    /// False when connection or handshake fail; `error` then says why. The handshake begins after
+    /// `hesitation`.
+    bool connect(std::uint16_t port,
+                 const std::string& host = "127.0.0.1",
+                 std::chrono::milliseconds hesitation = {}) {
         stream_.next_layer().connect({asio::ip::make_address(host), port}, error);
+        std::this_thread::sleep_for(hesitation);
         if (!error) {
             stream_.handshake(asio::ssl::stream_base::client, error);
         }
@@ -47,6 +53,20 @@ class TlsClient {
         std::copy_n(bytes.begin(), 16, key.key.begin());
         std::copy_n(bytes.begin() + 16, 12, key.salt.begin());
         return key;
+    }
+
+    /// The first message of a handshake.
+    static std::string client_hello() {
+        asio::ssl::context context(asio::ssl::context::tls_client);
+        SSL* ssl = SSL_new(context.native_handle());
+        BIO* out = BIO_new(BIO_s_mem());
+        SSL_set_bio(ssl, BIO_new(BIO_s_mem()), out);
+        SSL_connect(ssl);
+        char* bytes = nullptr;
+        const auto count = static_cast<std::size_t>(BIO_get_mem_data(out, &bytes));
+        std::string hello(bytes, count);
+        SSL_free(ssl);
+        return hello;
     }
 
     std::string fingerprint() {

@@ -50,9 +50,14 @@ class Server {
   public:
     explicit Server(const TlsSettings& settings) {
         TlsCallbacks callbacks;
-        callbacks.on_open = [this](StreamNumber n, const Address&, bool loopback, const auto& k) {
+        callbacks.on_open = [this](StreamNumber n,
+                                   const Address&,
+                                   bool loopback,
+                                   double client_spent_s,
+                                   const auto& k) {
             record([&] {
                 opened.push_back(n);
+                spent_s.push_back(client_spent_s);
                 keys[n] = k;
                 all_loopback = all_loopback && loopback;
             });
@@ -142,6 +147,7 @@ class Server {
     std::mutex mutex;
     std::condition_variable changed;
     std::vector<StreamNumber> opened;
+    std::vector<double> spent_s;
     std::map<StreamNumber, DatagramKeys> keys;
     bool all_loopback = true;
     std::vector<std::string> frames;
@@ -437,6 +443,32 @@ TEST(TlsListener, StartsAHandshakeOnceItsFirstMessageIsWhole) {
     EXPECT_EQ(server.stats().handshake_failed, 1U);
     EXPECT_EQ(server.stats().handshake_timeout, 0U);
     EXPECT_EQ(server.connections(), 0U);
+}
+
+/// Each of them alone would have the whole time.
+TEST(TlsListener, GivesOneTimeToTheFirstMessageAndTheRestOfTheHandshake) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.limits.handshake_timeout_s = 1.0;
+    Server server(settings);
+    const auto begin = std::chrono::steady_clock::now();
+    HalfOpen silent(server.port);
+    std::this_thread::sleep_for(800ms);
+    silent.send(TlsClient::client_hello());
+    EXPECT_TRUE(silent.ended());
+    const auto after = std::chrono::steady_clock::now() - begin;
+    EXPECT_GE(after, 990ms);
+    EXPECT_LT(after, 1500ms);
+    EXPECT_EQ(server.stats().handshake_timeout, 1U);
+}
+
+TEST(TlsListener, SaysHowLongAClientTookToOpenItsStream) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient slow;
+    ASSERT_TRUE(slow.connect(server.port, "127.0.0.1", 200ms)) << slow.error.message();
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    EXPECT_GE(server.spent_s.at(0), 0.19);
 }
 
 TEST(TlsListener, DropsWhatIsNoTlsAtItsFirstByte) {

@@ -44,7 +44,7 @@ class WebServer {
   public:
     explicit WebServer(const TlsSettings& settings) {
         TlsCallbacks callbacks;
-        callbacks.on_websocket = [this](StreamNumber n, const Address&, bool local) {
+        callbacks.on_websocket = [this](StreamNumber n, const Address&, bool local, double) {
             record([&] {
                 opened.push_back(n);
                 locals.push_back(local);

@@ -76,10 +76,14 @@ class TestHost {
                              std::move(note),
                              std::move(store_login)}) {}
 
-    StreamId open(bool loopback = true) {
+    /// `spent_s`: how long ago the client connected.
+    StreamId open(bool loopback = true, double spent_s = 0.0) {
         const StreamId stream{++last_stream};
-        host.on_stream_open(
-            stream, loopback, test_key(stream.value, 1), test_key(stream.value, 2), now_s);
+        host.on_stream_open(stream,
+                            loopback,
+                            test_key(stream.value, 1),
+                            test_key(stream.value, 2),
+                            now_s - spent_s);
         return stream;
     }
 

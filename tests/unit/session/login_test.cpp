@@ -270,6 +270,19 @@ TEST(Login, InsistsOnHelloFirstAndInTime) {
     EXPECT_EQ(host.rejected("login_timeout"), 1U);
 }
 
+TEST(Login, CountsTheTimeFromTheConnectionOn) {
+    TestHost host(dev_settings());
+    const StreamId prompt = host.open();
+    const StreamId slow = host.open(true, 4.0);
+    host.advance(5.5);
+    EXPECT_EQ(host.closed.count(slow), 0U);
+    host.advance(1.0);
+    EXPECT_EQ(host.closed.count(slow), 1U);
+    EXPECT_EQ(host.closed.count(prompt), 0U);
+    host.advance(4.0);
+    EXPECT_EQ(host.closed.count(prompt), 1U);
+}
+
 TEST(Login, RefusesUnknownTokensAndEventsThatNeverWere) {
     TestHost host(dev_settings());
     proto::ClientMessage hello = hello_message();
