@@ -121,7 +121,7 @@ class Sessions(unittest.TestCase):
         self.assertTrue(client.run(3, lambda: client.player.own.tick > before + 30))
         self.assertGreater(self.exact(client, since), 3)
         client.session.udp_closed = False
-        self.assertTrue(client.run(60, lambda: client.session.path.state == wire_session.UDP))
+        self.assertTrue(client.run(4, lambda: client.session.path.state == wire_session.UDP))
         before = client.player.own.tick
         self.assertTrue(client.run(3, lambda: client.player.own.tick > before + 30))
         self.assertEqual(client.session.path.state, wire_session.UDP)

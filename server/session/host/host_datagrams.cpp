@@ -103,11 +103,14 @@ void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::Ac
 void SessionHost::Impl::follow_address(Session& session,
                                        const mailbox::Address* from,
                                        std::size_t bytes) {
+    const Route before = session.route;
+    session.route = from == nullptr ? Route::kStream : Route::kAddress;
+    if (session.route != before && !session.unanswered) {
+        session.unanswered = session.route;
+    }
     if (from == nullptr) {
-        session.route = Route::kStream;
         return;
     }
-    session.route = Route::kAddress;
     if (!session.has_address || session.address != *from) {
         stats.address_changes += session.has_address ? 1 : 0;
         session.address_proof.begin(!is_known(session.peer) || same_host(*from, session.peer));

@@ -294,6 +294,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
 /// The newest stream of a session says how its datagrams travel.
 void SessionHost::Impl::carry_datagrams(Session& session, const ClientStream& stream) {
     session.inside_stream = stream.websocket;
+    session.unanswered.reset();
     if (stream.websocket) {
         session.path.unseal();
         session.route = Route::kStream;

@@ -99,13 +99,14 @@ void SessionHost::Impl::send_state(Session& session,
         reject(Reject::kOutSequence);
         return;
     }
-    const bool unproved = session.route == Route::kAddress &&
-                          !session.address_proof.may_send(body.size() + kSealedBytes);
+    const Route way = session.stream ? session.unanswered.value_or(session.route) : session.route;
+    const bool unproved =
+        way == Route::kAddress && !session.address_proof.may_send(body.size() + kSealedBytes);
     if (unproved && !session.stream) {
         reject(Reject::kOutUnproved);
         return;
     }
-    const bool tunnel = session.route == Route::kStream || unproved;
+    const bool tunnel = way == Route::kStream || unproved;
     if (!reachable(session, now_s)) {
         reject(Reject::kOutSuspended);
         return;
@@ -121,6 +122,9 @@ void SessionHost::Impl::send_state(Session& session,
     Bytes datagram = take_buffer();
     session.path.seal(session.connection, sequence, body, now_s, server_time_s, plain, datagram);
     session.bytes_out += datagram.size();
+    if (!unproved) {
+        session.unanswered.reset();
+    }
     if (tunnel) {
         ++stats.tunnelled;
         stats.tunnelled_bytes += datagram.size();

@@ -67,6 +67,9 @@ struct Session {
     Pacer pacer;
     std::vector<PacedState> paced;  ///< ascending by due_s and sequence
     Route route = Route::kStream;
+    /// The way that the client changed to, and on which no state went since: the next one does,
+    /// even if datagrams come on the other way meanwhile. So a single probe is answered.
+    std::optional<Route> unanswered;
     mailbox::Address address;
     bool has_address = false;     ///< a datagram came by UDP once
     AddressProof address_proof;   ///< of `address`

@@ -258,6 +258,49 @@ TEST_F(Datagrams, GoThroughTheStreamUntilOneCameByUdpAndAgainWhenTheClientSaysSo
     EXPECT_EQ(host.rejected("out_tunnel_backlog"), 1U);
 }
 
+/// A client that probes UDP sends its next datagram by the stream again, long before there is a
+/// state.
+TEST_F(Datagrams, AnswerAProbeByUdpThoughTheNextOneCameByTheStream) {
+    const auto inside_stream = [&] {
+        const Bytes up = client.make_datagram(++client.sequence, {});
+        proto::ClientMessage message;
+        message.mutable_datagram()->set_sealed(up.data(), up.size());
+        host.advance(0.1);
+        host.send(client.stream, message);
+    };
+    inside_stream();
+    client.state(1);
+    EXPECT_EQ(host.host.stats().tunnelled, 1U);
+    client.send_datagram({});
+    inside_stream();
+    inside_stream();
+    client.state(2);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    client.state(3);
+    EXPECT_EQ(host.datagrams.size(), 1U) << "one answer, as the client did not come back";
+    EXPECT_EQ(host.host.stats().tunnelled, 2U);
+}
+
+/// The other way round: a client that asks whether the stream still answers sends seven by UDP
+/// after the one that asks.
+TEST_F(Datagrams, AnswerOneThatAsksInTheStreamThoughTheNextOnesCameByUdp) {
+    client.send_datagram({});
+    client.state(1);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    const Bytes up = client.make_datagram(++client.sequence, {});
+    proto::ClientMessage message;
+    message.mutable_datagram()->set_sealed(up.data(), up.size());
+    host.advance(0.1);
+    host.send(client.stream, message);
+    client.send_datagram({});
+    client.send_datagram({});
+    client.state(2);
+    EXPECT_EQ(host.host.stats().tunnelled, 1U);
+    client.state(3);
+    EXPECT_EQ(host.datagrams.size(), 2U);
+    EXPECT_EQ(host.host.stats().tunnelled, 1U);
+}
+
 TEST_F(Datagrams, AreNeverSealedTwiceUnderOneSequence) {
     client.send_datagram({});
     for (const std::uint64_t sequence : {1U, 2U, 2U, 1U, 5U, 4U, 5U, 6U}) {
