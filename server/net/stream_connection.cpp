@@ -32,6 +32,20 @@ constexpr int kKernelQueue = 4096;
 constexpr double kControlFramesPerSecond = 5.0;
 constexpr std::uint16_t kNormalEnd = 1000;
 
+struct RefusalCounter {
+    const char* reason;
+    std::uint64_t TlsStats::*count;
+};
+
+constexpr std::array<RefusalCounter, 6> kRefusals{{
+    {"connections_address", &TlsStats::refused_address},
+    {"connections_all", &TlsStats::refused_total},
+    {"frame_oversize", &TlsStats::frame_oversize},
+    {"handshake_failed", &TlsStats::handshake_failed},
+    {"handshake_timeout", &TlsStats::handshake_timeout},
+    {"stream_backlog", &TlsStats::queue_overflow},
+}};
+
 std::size_t read_prefix(const std::uint8_t* p) {
     return static_cast<std::size_t>(p[0]) | (static_cast<std::size_t>(p[1]) << 8) |
            (static_cast<std::size_t>(p[2]) << 16) | (static_cast<std::size_t>(p[3]) << 24);
@@ -50,6 +64,22 @@ bool export_key(SSL* ssl, const char* label, wire::SealKey& out) {
 }
 
 }  // namespace
+
+void add_refusals(const TlsStats& stats, std::map<std::string, std::uint64_t>& counts) {
+    for (const RefusalCounter& refusal : kRefusals) {
+        if (stats.*refusal.count != 0) {
+            counts[refusal.reason] += stats.*refusal.count;
+        }
+    }
+}
+
+std::vector<std::string> refusal_reasons() {
+    std::vector<std::string> out;
+    for (const RefusalCounter& refusal : kRefusals) {
+        out.emplace_back(refusal.reason);
+    }
+    return out;
+}
 
 StreamConnection::StreamConnection(asio::ip::tcp::socket socket,
                                    asio::ssl::context* context,

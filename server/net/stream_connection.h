@@ -57,6 +57,12 @@ struct TlsStats {
     std::map<std::string, std::uint64_t, std::less<>> websocket_refused;
 };
 
+/// Adds the connections that were refused or ended for a limit to counts by reason.
+void add_refusals(const TlsStats& stats, std::map<std::string, std::uint64_t>& counts);
+
+/// The reasons that add_refusals() knows.
+std::vector<std::string> refusal_reasons();
+
 /// The rule by which a WebSocket is let in.
 struct WebSocketGate {
     /// Pages of these sites may connect ("https://play.example"). A client that is no browser sends

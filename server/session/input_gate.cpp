@@ -48,6 +48,9 @@ void InputGate::filter(std::span<const motion::InputCommand> commands,
         } else if (!in_range(command)) {
             rejects.count(Reject::kInputRange);
         } else {
+            if (command.tick <= current_tick) {
+                rejects.count(Reject::kInputMissed);
+            }
             mark(command.tick);
             passed.push_back(command);
         }

@@ -25,7 +25,8 @@ class InputGate {
     using PassedCommands = core::InlineVector<motion::InputCommand, wire::kMaxCommandsPerPacket>;
 
     /// Appends to `passed` the commands that may go on to the zones, ascending by tick; counts the
-    /// others. `commands` ascend by tick (the codec sees to it).
+    /// others, and those for ticks that were stepped already: no zone will use them. `commands`
+    /// ascend by tick (the codec sees to it).
     void filter(std::span<const motion::InputCommand> commands,
                 Tick current_tick,
                 Tick window_ticks,

@@ -26,6 +26,7 @@ enum class Reject : std::uint8_t {
     kInputRange,
     kInputAhead,
     kInputLate,
+    kInputMissed,  // the step of its tick was over, by a few ticks at most
     kFrameOversize,
     kFrameMalformed,
     kFrameEmpty,

@@ -220,6 +220,7 @@ void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
     on_network([this, work = std::move(work)] {
         const auto sample = std::make_shared<NetworkSample>();
         sample->host = network_.sessions();
+        sample->host.rejected = network_.rejected();
         sample->rtt = network_.rtt();
         sample->udp = network_.udp();
         sample->tls = network_.tls();

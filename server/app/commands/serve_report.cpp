@@ -87,7 +87,7 @@ void add_network(const Network& network, recording::ServerReport& report) {
     report.packets_out = s.packets_out;
     report.bytes_in = s.bytes_in;
     report.bytes_out = s.bytes_out;
-    report.rejected = s.rejected;
+    report.rejected = network.rejected();
     const net::TlsStats web = network.web();
     for (const auto& [reason, count] : web.websocket_refused) {
         report.rejected["websocket_" + reason] = count;

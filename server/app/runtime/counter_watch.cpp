@@ -74,6 +74,7 @@ bool is_ordinary(const std::string& reason) {
                                                  "out_suspended",
                                                  "out_tunnel_backlog",
                                                  "input_late",
+                                                 "input_missed",
                                                  "command_duplicate",
                                                  "silence"};
     return kOrdinary.count(reason) != 0 || reason.starts_with("login_");

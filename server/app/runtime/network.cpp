@@ -135,6 +135,13 @@ session::SessionOutput Network::output(
     return output;
 }
 
+std::map<std::string, std::uint64_t> Network::rejected() const {
+    std::map<std::string, std::uint64_t> counts = host_.stats().rejected;
+    net::add_refusals(tls(), counts);
+    net::add_refusals(web(), counts);
+    return counts;
+}
+
 void Network::start() {
     host_.set_unix_time(unix_seconds(), steady_seconds());
     unix_time_set_s_ = steady_seconds();

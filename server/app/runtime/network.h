@@ -89,6 +89,9 @@ class Network {
 
     [[nodiscard]] const session::HostStats& sessions() const { return host_.stats(); }
 
+    /// What was refused, by reason: of sessions, and of connections before they are one.
+    [[nodiscard]] std::map<std::string, std::uint64_t> rejected() const;
+
     [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }
 
     /// The output that waits for the store or the journal, and durable events that were not sent

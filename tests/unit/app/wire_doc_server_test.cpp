@@ -106,7 +106,8 @@ bool is_reason(const std::string& name) {
             return true;
         }
     }
-    return false;
+    const std::vector<std::string> of_streams = net::refusal_reasons();
+    return std::find(of_streams.begin(), of_streams.end(), name) != of_streams.end();
 }
 
 /// The longest ticket of which more is looked at than its length.
@@ -312,6 +313,7 @@ TEST(WireDocumentServer, TakesCommandsInTheWindowOfThePage) {
     const auto taken = commands_at(e, "taken");
     EXPECT_TRUE(std::equal(passed.begin(), passed.end(), taken.begin(), taken.end()));
     EXPECT_EQ(rejects.of(Reject::kInputLate), e.numbers("late").size());
+    EXPECT_EQ(rejects.of(Reject::kInputMissed), e.numbers("missed").size());
     EXPECT_EQ(rejects.of(Reject::kInputAhead), e.numbers("ahead").size());
     EXPECT_EQ(passed.size() + rejects.of(Reject::kInputLate) + rejects.of(Reject::kInputAhead),
               offered.size());

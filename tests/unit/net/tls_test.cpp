@@ -231,6 +231,10 @@ TEST(TlsListener, EndsAStreamThatAnnouncesAFrameTooLong) {
     ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
     EXPECT_THAT(server.first_reason(), testing::HasSubstr("65537 bytes was announced"));
     EXPECT_EQ(server.stats().frame_oversize, 1U);
+    std::map<std::string, std::uint64_t> refused{{"frame_oversize", 4}, {"silence", 2}};
+    add_refusals(server.stats(), refused);
+    EXPECT_EQ(refused,
+              (std::map<std::string, std::uint64_t>{{"frame_oversize", 5}, {"silence", 2}}));
     EXPECT_EQ(server.connections(), 0U);
 }
 

@@ -35,9 +35,9 @@ class Datagrams : public testing::Test {
 
 TEST_F(Datagrams, CarryCommandsToTheZonesOnce) {
     host.advance(0.1);
-    client.send_datagram(commands_at(host.tick, 3));
-    client.send_datagram(commands_at(host.tick + 1, 4));
-    const Tick t = host.tick;
+    const Tick t = host.tick + 1;
+    client.send_datagram(commands_at(t, 3));
+    client.send_datagram(commands_at(t + 1, 4));
     EXPECT_EQ(input_ticks(), (std::vector<Tick>{t, t + 1, t + 2, t + 3, t + 4}));
     EXPECT_TRUE(host.host.stats().rejected.empty());
     EXPECT_EQ(host.host.stats().packets_in, 2U);

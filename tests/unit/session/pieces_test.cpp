@@ -40,7 +40,7 @@ std::vector<Tick> passed(InputGate& gate,
 TEST(InputGate, LetsEachTickThroughOnceAndDropsRepetitionsSilently) {
     InputGate gate;
     RejectCounters rejects;
-    EXPECT_EQ(passed(gate, {at(100), at(101), at(103)}, 100, rejects),
+    EXPECT_EQ(passed(gate, {at(100), at(101), at(103)}, 99, rejects),
               (std::vector<Tick>{100, 101, 103}));
     EXPECT_EQ(passed(gate, {at(101), at(102), at(103), at(104)}, 100, rejects),
               (std::vector<Tick>{102, 104}));
@@ -53,8 +53,18 @@ TEST(InputGate, RefusesTicksOutsideTheWindow) {
     RejectCounters rejects;
     EXPECT_EQ(passed(gate, {at(91), at(92)}, 100, rejects), (std::vector<Tick>{92}));
     EXPECT_EQ(rejects.of(Reject::kInputLate), 1U);
+    EXPECT_EQ(rejects.of(Reject::kInputMissed), 1U);
     EXPECT_EQ(passed(gate, {at(132), at(133)}, 100, rejects), (std::vector<Tick>{132}));
     EXPECT_EQ(rejects.of(Reject::kInputAhead), 1U);
+}
+
+TEST(InputGate, CountsACommandWhoseTickIsOverOnce) {
+    InputGate gate;
+    RejectCounters rejects;
+    EXPECT_EQ(passed(gate, {at(99), at(100), at(101)}, 100, rejects).size(), 3U);
+    EXPECT_EQ(rejects.of(Reject::kInputMissed), 2U);
+    EXPECT_TRUE(passed(gate, {at(99), at(100), at(101)}, 102, rejects).empty());
+    EXPECT_EQ(rejects.of(Reject::kInputMissed), 2U);
 }
 
 TEST(InputGate, RefusesValuesThatNoClientMaySend) {
