@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import struct
 import types
 import unittest
 
@@ -43,7 +44,8 @@ class Datagrams(unittest.TestCase):
             self.assertEqual(incoming.refused, 2)
 
     def test_sequences_wrap(self):
-        for newest, sequence in ((0, 1), (65535, 65536), (65536, 65530), (70000, 100000), (131071, 131073), (3, 1)):
+        for newest, sequence in ((0, 1), (65535, 65536), (65536, 65530), (131071, 131073), (3, 1),
+                                 (131000, 131001 + 32767), (69999, 70000 - 32767)):
             self.assertEqual(wire_datagrams.whole_sequence(sequence & 0xFFFF, newest), sequence)
 
     def test_transports(self):
@@ -60,6 +62,13 @@ class Datagrams(unittest.TestCase):
         incoming.accept(values["ack"], values["one_way_128us"] * 128 + 5, 0)
         self.assertEqual(incoming.transport(10 ** 6 + values["one_way_128us"] * 128), bytes_of(block))
 
+    def test_acknowledgements_name_each_of_those_before(self):
+        incoming = wire_datagrams.Incoming(7, None)
+        self.assertEqual(incoming.transport(0), bytes(10))
+        for sequence in (100, 98, 68, 67):
+            incoming.accept(sequence, 0, 0)
+        self.assertEqual(struct.unpack_from("<HI", incoming.transport(0)), (100, 1 << 1 | 1 << 31))
+
     def test_heads(self):
         for block in blocks("down-head"):
             values, head = dict(block), wire_datagrams.Head(bytes_of(block))
@@ -75,6 +84,13 @@ class Datagrams(unittest.TestCase):
                 self.assertEqual((own.missing, own.grounded, own.carried), (True, True, False))
                 self.assertEqual([*own.position, *own.velocity],
                                  [single(one) for one in numbers(values["position"] + " " + values["velocity"])])
+
+    def test_messages_come_back(self):
+        schema = proto_messages.Schema(PROTO / "session.proto")
+        values = {"entity": 300, "position": [1.5, -2.0], "distance_m": 0.25, "breach_tick": -7,
+                  "quantized": [-64, 63, 0], "must_know": True}
+        message = schema.decode("AuditEntity", schema.encode("AuditEntity", values))
+        self.assertEqual({name: getattr(message, name) for name in values}, values)
 
     def test_frames(self):
         schema = proto_messages.Schema(PROTO / "session.proto")
@@ -168,6 +184,14 @@ class Records(unittest.TestCase):
                 refused += bool(wire_records.SharedDecoder(DEFAULT, declared).decode(1, 512, 0, bytes(changed))[1])
         self.assertGreater(refused, 50)
 
+    def test_a_form_that_is_wider_than_needed_is_refused(self):
+        for width, value, good in ((1, 255, False), (1, 256, True), (0, 255, True), (3, 65535, False)):
+            bits = wire_motion.BitWriter()
+            for number, count in ((2, 2), (width, 2), (value, (8, 12, 16, 32)[width])):
+                bits.put(number, count)
+            _, trouble = wire_records.SharedDecoder(DEFAULT, {}).decode(1, 512, 0, bits.bytes())
+            self.assertEqual(trouble is None, good, value)
+
     def test_a_delta_without_its_keyframe_is_passed_over(self):
         for block in blocks("delta"):
             if "declared" not in dict(block):
@@ -217,6 +241,11 @@ class Motion(unittest.TestCase):
         commands = [wire_motion.Command(tick + i, *[int(word) for word in text.split()])
                     for i, text in enumerate(text for name, text in block if name == "command")]
         self.assertEqual(wire_motion.write_commands(commands), bytes_of(block))
+
+    def test_differences_of_yaw_take_nine_bits_as_far_as_they_go(self):
+        for yaw, count in ((255, 9), (-256, 9), (256, 16), (-257, 16)):
+            body = wire_motion.write_commands([wire_motion.Command(0, yaw=yaw % 65536)])
+            self.assertEqual(len(body), (3 + 32 + 3 + 2 + count + 2 + 7) // 8, yaw)
 
     def test_moves_to_the_bit(self):
         limits = self.limits()
