@@ -16,14 +16,15 @@ set_target_properties(zoned_client PROPERTIES
   VERSION ${ABI} SOVERSION ${ABI_MAJOR} UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
   CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-target_link_libraries(zoned_client PRIVATE Eigen3::Eigen zoned_asio OpenSSL::SSL OpenSSL::Crypto)
-# A PC without AVX2 must be able to load it, and a game must not wait for a download.
+target_link_libraries(zoned_client PRIVATE Eigen3::Eigen OpenSSL::SSL OpenSSL::Crypto)
+# A PC without AVX2 must be able to load it, and a game must not wait for a download. Nothing in it throws: where memory runs
+# out, a jump leaves the call (client_memory.h). Strings are its own, as the system's take no memory of a client.
 target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi $<IF:$<CXX_COMPILER_ID:Clang>,-Oz,-Os> -g0 -DNDEBUG -ffunction-sections -fdata-sections
-  -fno-rtti -DASIO_NO_TYPEID
+  -fno-rtti -fno-exceptions -fno-unwind-tables -fno-asynchronous-unwind-tables -D_GLIBCXX_EXTERN_TEMPLATE=0
   $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
+target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH})
 # nodelete: the lookup of a name may outlive an unloaded library.
-# gold lets a symbol of Asio's through the map, and lld does not know GCC's link-time optimization, nor bfd Clang's.
+# lld does not know GCC's link-time optimization, nor bfd Clang's.
 target_link_options(zoned_client PRIVATE -fuse-ld=$<IF:$<CXX_COMPILER_ID:Clang>,lld,bfd> -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
   -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:Clang>:-Wl,--icf=safe> -Os -g0)
 # Its segments need no pages of their own: a hundredth of its size.

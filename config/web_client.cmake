@@ -18,7 +18,7 @@ if(ZONED_WEB_CLIENT)
     list(APPEND WEB_SOURCES ${SOURCES})
   endforeach()
   # Sockets, TLS and what an operating system gives: a page has a WebSocket in their place.
-  list(FILTER WEB_SOURCES EXCLUDE REGEX "/(seal|websocket_upgrade|websocket_frames|processor|signal_stack|line_reader|replace_file|conditioner|bottleneck|name_lookup|frame_stream|socket_transport|tls_stream|websocket_stream|udp_pool|socket_route|connect_interface)\\.cpp$")
+  list(FILTER WEB_SOURCES EXCLUDE REGEX "/(seal|websocket_upgrade|websocket_frames|processor|signal_stack|line_reader|replace_file|conditioner|conditioned_network|bottleneck|name_lookup|frame_stream|socket_transport|system_sockets|tls_session|tls_stream|websocket_stream|udp_pool|socket_route|caller_sockets|client_memory|connect_interface)\\.cpp$")
   # Only what a page calls is exported.
   file(STRINGS client-sim/library/zoned_client.h NAMES REGEX "^ZONED_CLIENT_API ")
   file(STRINGS client-sim/web/web_client.cpp MORE REGEX "^ZONED_WEB_EXPORT ")

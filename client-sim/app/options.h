@@ -3,7 +3,6 @@
 
 #include "client-sim/app/swarm.h"
 #include "client-sim/link/conditioner.h"
-#include "client-sim/link/tls_stream.h"
 
 #include <optional>
 #include <string>

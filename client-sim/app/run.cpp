@@ -1,8 +1,8 @@
 #include "client-sim/app/run.h"
 
+#include "client-sim/link/conditioned_network.h"
 #include "client-sim/link/frame_stream.h"
-#include "client-sim/link/name_lookup.h"
-#include "client-sim/link/socket_transport.h"
+#include "client-sim/link/sockets/name_lookup.h"
 #include "client-sim/measure/loop_meter.h"
 
 #include <unistd.h>
@@ -48,7 +48,6 @@ link::NetworkSettings network_settings(const Options& o) {
     if (o.websocket) {
         n.make_stream = link::make_websocket_stream;
     }
-    n.conditioner = o.conditioner;
     if (!o.pin.empty()) {
         n.trust.kind = link::Trust::TrustKind::kPin;
         n.trust.pin = o.pin;
@@ -74,7 +73,7 @@ void print_progress(const Swarm::Progress& p, bool terminal) {
     std::fflush(stderr);
 }
 
-measure::LoopMeter drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
+measure::LoopMeter drive(link::ConditionedNetwork& network, Swarm& swarm, bool quiet) {
     measure::LoopMeter meter;
     const bool terminal = ::isatty(STDERR_FILENO) == 1;
     const double begun = wall_s();
@@ -107,7 +106,7 @@ measure::LoopMeter drive(link::SocketNetwork& network, Swarm& swarm, bool quiet)
     return meter;
 }
 
-void add_bottlenecks(const link::SocketNetwork& network, measure::RunReport& report) {
+void add_bottlenecks(const link::ConditionedNetwork& network, measure::RunReport& report) {
     double carried = 0.0;
     double capacity = 0.0;
     for (const link::BottleneckMeter& meter : network.bottlenecks(link::Direction::kDown)) {
@@ -157,9 +156,13 @@ int run(const Options& options) {
         return kEnvironment;
     }
     try {
-        link::SocketNetwork network(network_settings(options));
+        link::ConditionedNetwork network(network_settings(options), options.conditioner);
+        if (const std::string& why = network.sockets().trouble(); !why.empty()) {
+            std::fprintf(stderr, "client-sim: %s\n", why.c_str());
+            return kEnvironment;
+        }
         SwarmSettings settings = options.swarm;
-        settings.header_bytes = network.header_bytes();
+        settings.header_bytes = network.sockets().header_bytes();
         settings.path_spread_s = options.conditioner.spread_s();
         Swarm swarm(settings, [&](std::size_t) { return network.make_transport(); });
         const measure::LoopMeter loop = drive(network, swarm, options.quiet);
@@ -167,7 +170,7 @@ int run(const Options& options) {
         report.loop = loop;
         measure::judge(report);
         report.process_cpu_s = process_cpu_s();
-        report.send_drops = network.send_drops();
+        report.send_drops = network.sockets().send_drops();
         if (options.conditioner.bottleneck_down_bytes_per_s > 0.0) {
             add_bottlenecks(network, report);
         }

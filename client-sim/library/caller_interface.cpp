@@ -6,6 +6,15 @@
 
 namespace zoned::library {
 
+namespace {
+
+/// Why there is no route of the caller.
+int no_route(const zoned_client* client) {
+    return game_of(client) == nullptr ? without_game(client) : ZONED_CLIENT_BAD_ARGUMENT;
+}
+
+}  // namespace
+
 // In a namespace g++ forgets that the header shows them.
 #pragma GCC visibility push(default)
 
@@ -18,7 +27,7 @@ int zoned_client_begin(zoned_client* client) {
     return guarded(*client, [&]() -> int {
         auto route = std::make_unique<CallerRoute>();
         CallerRoute* const kept = route.get();
-        if (!client->game.connect(std::move(route))) {
+        if (!client->game->connect(std::move(route))) {
             return ZONED_CLIENT_NOT_READY;
         }
         client->caller = kept;
@@ -28,13 +37,13 @@ int zoned_client_begin(zoned_client* client) {
 
 int zoned_client_stream_wish(zoned_client* client) {
     CallerRoute* const route = caller_of(client);
-    return route != nullptr ? static_cast<int>(route->take_wish()) : ZONED_CLIENT_BAD_ARGUMENT;
+    return route != nullptr ? static_cast<int>(route->take_wish()) : no_route(client);
 }
 
 int zoned_client_stream_opened(zoned_client* client) {
     CallerRoute* const route = caller_of(client);
     if (route == nullptr) {
-        return ZONED_CLIENT_BAD_ARGUMENT;
+        return no_route(client);
     }
     return guarded(*client, [&] {
         route->opened();
@@ -44,7 +53,10 @@ int zoned_client_stream_opened(zoned_client* client) {
 
 int zoned_client_stream_frame(zoned_client* client, const void* frame, size_t size) {
     CallerRoute* const route = caller_of(client);
-    if (route == nullptr || (frame == nullptr && size > 0)) {
+    if (route == nullptr) {
+        return no_route(client);
+    }
+    if (frame == nullptr && size > 0) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
     return guarded(*client, [&] {
@@ -56,7 +68,7 @@ int zoned_client_stream_frame(zoned_client* client, const void* frame, size_t si
 int zoned_client_stream_closed(zoned_client* client, const char* reason) {
     CallerRoute* const route = caller_of(client);
     if (route == nullptr) {
-        return ZONED_CLIENT_BAD_ARGUMENT;
+        return no_route(client);
     }
     return guarded(*client, [&] {
         route->closed(reason != nullptr ? reason : "");

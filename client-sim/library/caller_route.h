@@ -23,7 +23,7 @@ class CallerRoute final : public GameRoute, public link::Transport {
     /// More frames than these wait for a caller who fetches none: the stream ends.
     static constexpr std::size_t kMostFrames = 4096;
 
-    [[nodiscard]] link::Transport* transport() override { return this; }
+    [[nodiscard]] link::Transport& transport() override { return *this; }
 
     [[nodiscard]] const std::string& trouble() const override { return trouble_; }
 

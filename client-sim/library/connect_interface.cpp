@@ -14,8 +14,8 @@ int zoned_client_connect(zoned_client* client, const char* host, uint16_t port) 
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
     return guarded(*client, [&]() -> int {
-        auto route = std::make_unique<SocketRoute>(host, port, client->game.settings());
-        return client->game.connect(std::move(route)) ? 0 : ZONED_CLIENT_NOT_READY;
+        auto route = std::make_unique<SocketRoute>(host, port, client->game->settings());
+        return client->game->connect(std::move(route)) ? 0 : ZONED_CLIENT_NOT_READY;
     });
 }
 

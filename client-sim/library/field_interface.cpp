@@ -12,9 +12,9 @@ int give_field(const zoned_client* client,
                std::uint32_t id,
                zoned_client_field_value* out,
                Index&& index_of) {
-    const view::View* const view = client != nullptr ? client->game.view() : nullptr;
+    const view::View* const view = view_of(client);
     if (view == nullptr) {
-        return client == nullptr ? ZONED_CLIENT_BAD_ARGUMENT : ZONED_CLIENT_NOT_READY;
+        return no_view(client);
     }
     const view::Entity* const entity = view->store().find(EntityId(id));
     const wire::FieldSchema* const schema =
@@ -40,7 +40,7 @@ int give_field(const zoned_client* client,
         filled.number = *truth ? 1.0 : 0.0;
     } else {
         filled.number = field.kind == wire::DeclaredKind::kEnum ? static_cast<double>(at[0]) : 0.0;
-        give_name(filled.text, std::string(std::get<std::string_view>(value)));
+        give_name(filled.text, std::get<std::string_view>(value));
     }
     return give(out, filled) ? 1 : ZONED_CLIENT_BAD_ARGUMENT;
 }
@@ -53,9 +53,9 @@ int give_field(const zoned_client* client,
 extern "C" {
 
 int zoned_client_fields(const zoned_client* client, uint32_t type) {
-    const view::View* const view = client != nullptr ? client->game.view() : nullptr;
+    const view::View* const view = view_of(client);
     if (view == nullptr) {
-        return client == nullptr ? ZONED_CLIENT_BAD_ARGUMENT : ZONED_CLIENT_NOT_READY;
+        return no_view(client);
     }
     if (type >= view->world().types.size()) {
         return ZONED_CLIENT_BAD_ARGUMENT;
@@ -77,7 +77,7 @@ int zoned_client_field(const zoned_client* client,
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
     const wire::FieldSchema& schema =
-        *wire::schema_of(client->game.view()->world().fields, static_cast<TypeIndex>(type));
+        *wire::schema_of(client->game->view()->world().fields, static_cast<TypeIndex>(type));
     const wire::DeclaredField& field = schema.fields()[index];
     zoned_client_field_info filled{};
     filled.kind = static_cast<std::uint32_t>(field.kind);

@@ -45,13 +45,12 @@ void GameClient::poll(double now_s) {
             fail(route_->trouble());
             return;
         }
-        if (link::Transport* const transport = route_->transport()) {
-            view::PlayerSettings player{settings_.login, {}};
-            player.view.kind = settings_.view;
-            player.view.keep_history = settings_.measure;
-            player_ = std::make_unique<view::Player>(*transport, worlds_, *this, std::move(player));
-            player_->start(now_s_);
-        }
+        view::PlayerSettings player{settings_.login, {}};
+        player.view.kind = settings_.view;
+        player.view.keep_history = settings_.measure;
+        player_ =
+            std::make_unique<view::Player>(route_->transport(), worlds_, *this, std::move(player));
+        player_->start(now_s_);
     }
     if (!player_) {
         return;

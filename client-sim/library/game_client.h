@@ -4,6 +4,7 @@
 #include "client-sim/library/game_route.h"
 #include "client-sim/library/recent_values.h"
 #include "client-sim/library/truth_meter.h"
+#include "client-sim/library/zoned_client.h"
 #include "client-sim/link/trust.h"
 #include "client-sim/view/player.h"
 
@@ -24,6 +25,9 @@ struct GameClientSettings {
     std::vector<std::uint8_t> pin;
     std::string ca_file;
     bool measure = false;  ///< compares with the truth, where the session may ask for it
+    std::optional<zoned_client_sockets> sockets;  ///< none: the system's
+    std::string server_name;                      ///< empty: the host
+    bool may_start_threads = true;                ///< for the lookup of a name
 };
 
 /// The player's wishes until further notice.
@@ -35,7 +39,7 @@ struct GameInput {
     std::uint16_t buttons = 0;
 };
 
-/// Not thread-safe. Throws only what the network and the allocator throw.
+/// Not thread-safe.
 class GameClient final : public view::PlayerListener {
   public:
     /// More waiting events than these drop the oldest: nobody fetches them.

@@ -11,8 +11,7 @@ class GameRoute {
   public:
     virtual ~GameRoute() = default;
 
-    /// nullptr while the way to the server is looked for, and where there is none.
-    [[nodiscard]] virtual link::Transport* transport() = 0;
+    [[nodiscard]] virtual link::Transport& transport() = 0;
     /// Why there is no way; empty: there may be one.
     [[nodiscard]] virtual const std::string& trouble() const = 0;
 

@@ -10,15 +10,6 @@ namespace zoned::library {
 
 namespace {
 
-const view::View* view_of(const zoned_client* client) {
-    return client != nullptr ? client->game.view() : nullptr;
-}
-
-/// Why there is no view.
-int no_view(const zoned_client* client) {
-    return client == nullptr ? ZONED_CLIENT_BAD_ARGUMENT : ZONED_CLIENT_NOT_READY;
-}
-
 /// 0, or what is wrong with the caller's struct.
 template <class Struct>
 int given(Struct* out, const Struct& value) {
@@ -67,7 +58,7 @@ size_t zoned_client_entities(const zoned_client* client,
     SizedArray array(out, capacity);
     for (const auto& [id, entity] : view->store().entities()) {
         zoned_client_entity filled{};
-        if (read_entity(client->game, id, entity, filled)) {
+        if (read_entity(*client->game, id, entity, filled)) {
             array.add(filled);
         }
     }
@@ -81,7 +72,7 @@ int zoned_client_get_entity(const zoned_client* client, uint32_t id, zoned_clien
     }
     const view::Entity* const entity = view->store().find(EntityId(id));
     zoned_client_entity filled{};
-    if (entity == nullptr || !read_entity(client->game, EntityId(id), *entity, filled)) {
+    if (entity == nullptr || !read_entity(*client->game, EntityId(id), *entity, filled)) {
         return 0;
     }
     return give(out, filled) ? 1 : ZONED_CLIENT_BAD_ARGUMENT;
@@ -97,7 +88,7 @@ int zoned_client_own(const zoned_client* client, zoned_client_avatar* out) {
     if (state == nullptr) {
         return 0;
     }
-    const Vec3d position = own.position_between(client->game.own_fraction());
+    const Vec3d position = own.position_between(client->game->own_fraction());
     zoned_client_avatar filled{};
     filled.id = own.id().value;
     filled.zone = own.zone().value;
@@ -119,9 +110,9 @@ int zoned_client_get_world(const zoned_client* client, zoned_client_world* out) 
     zoned_client_world filled{};
     filled.types = static_cast<std::uint32_t>(view->world().types.size());
     filled.zones = static_cast<std::uint32_t>(view->world().zones.size());
-    filled.rights = client->game.player()->client().rights();
+    filled.rights = client->game->player()->client().rights();
     filled.tick_s = view->world().tick_s;
-    filled.server_time = client->game.server_time();
+    filled.server_time = client->game->server_time();
     filled.tick = view->displayed_tick();
     return given(out, filled);
 }
@@ -185,11 +176,11 @@ size_t zoned_client_triangles(const zoned_client* client,
 size_t zoned_client_particles(const zoned_client* client,
                               zoned_client_particle* out,
                               size_t capacity) {
-    return guarded(std::size_t{0}, [&]() -> std::size_t {
-        const view::View* const view = view_of(client);
-        if (view == nullptr) {
-            return 0;
-        }
+    const view::View* const view = view_of(client);
+    if (view == nullptr) {
+        return 0;
+    }
+    return guarded(*client, std::size_t{0}, [&]() -> std::size_t {
         std::vector<motion::CosmeticParticle> alive;
         for (const view::CosmeticInfo& system : view->world().cosmetics) {
             for (const motion::CosmeticEmitter& emitter : system.emitters) {
@@ -226,7 +217,7 @@ int zoned_client_aim(const zoned_client* client,
     if (!from.allFinite() || !along.allFinite() || !(along.norm() > 0.0) || !(range >= 0.0)) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
-    return guarded(static_cast<int>(ZONED_CLIENT_FAILED), [&]() -> int {
+    return guarded(*client, [&]() -> int {
         const view::Aim aim = view::aim(*view, from, along.normalized(), range);
         zoned_client_aim_info filled{};
         filled.past = aim.past ? 1 : 0;
@@ -260,14 +251,14 @@ int zoned_client_shared_value(const zoned_client* client, const char* name, doub
 }
 
 double zoned_client_server_time(const zoned_client* client) {
-    return client != nullptr ? client->game.server_time() : 0.0;
+    return game_of(client) != nullptr ? client->game->server_time() : 0.0;
 }
 
 int zoned_client_stats(const zoned_client* client, zoned_client_stats_info* out) {
-    if (client == nullptr || client->game.player() == nullptr) {
+    if (game_of(client) == nullptr || client->game->player() == nullptr) {
         return no_view(client);
     }
-    const view::Player& player = *client->game.player();
+    const view::Player& player = *client->game->player();
     const link::DatagramStats& datagrams = player.client().datagrams();
     const link::SessionStats& session = player.client().stats();
     zoned_client_stats_info filled{};
@@ -282,13 +273,13 @@ int zoned_client_stats(const zoned_client* client, zoned_client_stats_info* out)
     filled.resumed = session.resumed;
     filled.inputs = player.inputs().stats().ticks;
     filled.inputs_missing = player.inputs().stats().missing;
-    filled.events_dropped = client->game.events_dropped();
-    const RecentValues& corrections = client->game.corrections();
+    filled.events_dropped = client->game->events_dropped();
+    const RecentValues& corrections = client->game->corrections();
     filled.corrections = corrections.count();
     filled.correction_last_m = corrections.last();
     filled.correction_p99_m = corrections.quantile(0.99);
     filled.correction_max_m = corrections.quantile(1.0);
-    const TruthMeter& truth = client->game.truth();
+    const TruthMeter& truth = client->game->truth();
     filled.compared = truth.displayed().count();
     filled.displayed_error_p50_m = truth.displayed().quantile(0.5);
     filled.displayed_error_p99_m = truth.displayed().quantile(0.99);

@@ -1,51 +1,41 @@
 #include "client-sim/library/socket_route.h"
 
+#include "client-sim/library/caller_sockets.h"
+#include "client-sim/link/sockets/system_sockets.h"
+
 #include <utility>
 
 namespace zoned::library {
 
-SocketRoute::SocketRoute(std::string host, std::uint16_t port, const GameClientSettings& settings)
-    : host_(std::move(host)),
-      port_(std::to_string(port)),
-      settings_(&settings) {
-    lookup_.emplace(host_, port_);
-}
+namespace {
 
-void SocketRoute::open_network(const link::Address& address) {
-    lookup_.reset();
-    if (!address) {
-        trouble_ = address.error();
-        return;
-    }
+link::NetworkSettings network_of(std::string host,
+                                 std::uint16_t port,
+                                 const GameClientSettings& settings) {
     link::NetworkSettings network;
-    network.host = host_;
-    network.port = port_;
-    network.endpoint = *address;
-    network.ca_file = settings_->ca_file;
-    network.udp_sockets = 1;
-    network.trust.pin = settings_->pin;
-    const bool anyone = link::is_loopback(host_) && settings_->ca_file.empty();
-    network.trust.kind = settings_->trust.value_or(anyone ? link::Trust::TrustKind::kInsecure
-                                                          : link::Trust::TrustKind::kVerify);
-    network_ = std::make_unique<link::SocketNetwork>(std::move(network));
-    transport_ = network_->make_transport();
+    network.port = std::to_string(port);
+    network.ca_file = settings.ca_file;
+    network.trust.pin = settings.pin;
+    network.trust.host = settings.server_name;
+    const bool anyone = link::is_loopback(host) && settings.ca_file.empty() && !settings.sockets;
+    network.trust.kind = settings.trust.value_or(anyone ? link::Trust::TrustKind::kInsecure
+                                                        : link::Trust::TrustKind::kVerify);
+    network.host = std::move(host);
+    return network;
 }
 
-void SocketRoute::poll(double now_s) {
-    if (lookup_) {
-        if (const auto address = lookup_->answer()) {
-            open_network(*address);
-        }
+std::unique_ptr<link::Sockets> sockets_of(const GameClientSettings& settings) {
+    if (settings.sockets) {
+        return std::make_unique<CallerSockets>(*settings.sockets);
     }
-    if (network_) {
-        network_->poll(now_s);
-    }
+    return std::make_unique<link::SystemSockets>(1, settings.may_start_threads);
 }
 
-void SocketRoute::flush() {
-    if (network_) {
-        network_->flush();
-    }
+}  // namespace
+
+SocketRoute::SocketRoute(std::string host, std::uint16_t port, const GameClientSettings& settings)
+    : network_(network_of(std::move(host), port, settings), sockets_of(settings)),
+      transport_(network_.make_transport()) {
 }
 
 }  // namespace zoned::library

@@ -1,39 +1,29 @@
-// SocketRoute: the way to a server by sockets of the library's own.
+// SocketRoute: the way to a server by sockets: the system's, or the game's own.
 #pragma once
 
 #include "client-sim/library/game_client.h"
-#include "client-sim/library/game_route.h"
-#include "client-sim/link/name_lookup.h"
 #include "client-sim/link/socket_transport.h"
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace zoned::library {
 
-/// Looks the name up without waiting.
 class SocketRoute final : public GameRoute {
   public:
     SocketRoute(std::string host, std::uint16_t port, const GameClientSettings& settings);
 
-    [[nodiscard]] link::Transport* transport() override { return transport_.get(); }
+    [[nodiscard]] link::Transport& transport() override { return *transport_; }
 
-    [[nodiscard]] const std::string& trouble() const override { return trouble_; }
+    [[nodiscard]] const std::string& trouble() const override { return network_.trouble(); }
 
-    void poll(double now_s) override;
-    void flush() override;
+    void poll(double now_s) override { network_.poll(now_s); }
+
+    void flush() override { network_.flush(); }
 
   private:
-    void open_network(const link::Address& address);
-
-    std::string host_;
-    std::string port_;
-    const GameClientSettings* settings_;
-    std::string trouble_;
-    std::optional<link::NameLookup> lookup_;
-    std::unique_ptr<link::SocketNetwork> network_;
+    link::SocketNetwork network_;
     std::unique_ptr<link::SocketTransport> transport_;
 };
 

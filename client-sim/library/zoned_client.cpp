@@ -6,7 +6,10 @@
 #include "shared/core/hex.h"
 
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
+#include <new>
 #include <numbers>
 
 namespace zoned::library {
@@ -14,14 +17,21 @@ namespace zoned::library {
 namespace {
 
 constexpr std::size_t kPinBytes = 32;
+constexpr char kOutOfMemory[] = "out of memory";
 
 std::string text_of(const char* text) {
     return text != nullptr ? std::string(text) : std::string();
 }
 
-void say(char* error, std::size_t capacity, const std::string& text) {
+__attribute__((format(printf, 3, 4))) void say(char* error,
+                                               std::size_t capacity,
+                                               const char* format,
+                                               ...) {
     if (error != nullptr && capacity > 0) {
-        std::snprintf(error, capacity, "%s", text.c_str());
+        va_list arguments;
+        va_start(arguments, format);
+        std::vsnprintf(error, capacity, format, arguments);
+        va_end(arguments);
     }
 }
 
@@ -52,11 +62,22 @@ std::string read_trust(const zoned_client_settings& from, GameClientSettings& ou
     }
 }
 
-std::string read_settings(const zoned_client_settings* from, GameClientSettings& out) {
-    zoned_client_settings settings;
-    if (!take(from, settings)) {
-        return "settings: is null, or has no size";
+/// Empty: `out` is filled.
+std::string read_sockets(const zoned_client_settings& from, GameClientSettings& out) {
+    out.server_name = text_of(from.server_name);
+    out.may_start_threads = from.no_threads != 1;
+    if (from.sockets == nullptr) {
+        return {};
     }
+    zoned_client_sockets& sockets = out.sockets.emplace();
+    if (!take(from.sockets, sockets) || sockets.open == nullptr || sockets.send == nullptr ||
+        sockets.receive == nullptr || sockets.close == nullptr) {
+        return "sockets: lacks its size or a function";
+    }
+    return {};
+}
+
+std::string read_settings(const zoned_client_settings& settings, GameClientSettings& out) {
     if (settings.view > ZONED_CLIENT_INTERPOLATE) {
         return "view: is none of zoned_client_view";
     }
@@ -70,16 +91,36 @@ std::string read_settings(const zoned_client_settings* from, GameClientSettings&
     if (settings.ticket != nullptr) {
         out.login.ticket.assign(static_cast<const char*>(settings.ticket), settings.ticket_size);
     }
-    return read_trust(settings, out);
+    const std::string wrong = read_sockets(settings, out);
+    return wrong.empty() ? read_trust(settings, out) : wrong;
 }
 
-std::string wrong_version(std::uint32_t abi) {
-    const std::uint32_t major = abi >> 16U;
-    return major == ZONED_CLIENT_ABI_MAJOR
-               ? std::string()
-               : "this is version " + std::to_string(ZONED_CLIENT_ABI_MAJOR) +
-                     " of the interface of libzoned_client, and the game was built for version " +
-                     std::to_string(major) + "; install the library that fits, or build anew";
+zoned_client_allocator system_allocator() {
+    zoned_client_allocator out{};
+    out.allocate = [](void* /*context*/, size_t size) {
+        return std::malloc(size);
+    };
+    out.release = [](void* /*context*/, void* block) {
+        std::free(block);
+    };
+    return out;
+}
+
+/// The allocator of the settings. False: it lacks something.
+bool read_allocator(const zoned_client_settings& settings, zoned_client_allocator& out) {
+    if (settings.allocator == nullptr) {
+        out = system_allocator();
+        return true;
+    }
+    return take(settings.allocator, out) && out.allocate != nullptr && out.release != nullptr;
+}
+
+/// Nothing of the client is left in the end.
+void release(zoned_client* client) {
+    (void)client->memory.run([client] { delete client->game; });
+    const zoned_client_allocator allocator = client->memory.allocator();
+    client->~zoned_client();
+    allocator.release(allocator.context, client);
 }
 
 /// Radians to units of `turn` a full circle.
@@ -117,32 +158,63 @@ zoned_client* zoned_client_create(uint32_t abi,
                                   const zoned_client_settings* settings,
                                   char* error,
                                   size_t error_capacity) {
-    return guarded(static_cast<zoned_client*>(nullptr), [&]() -> zoned_client* {
-        say(error, error_capacity, "");
+    say(error, error_capacity, "%s", "");
+    if (abi >> 16U != ZONED_CLIENT_ABI_MAJOR) {
+        say(error,
+            error_capacity,
+            "this is version %u of the interface of libzoned_client, and the game was built for "
+            "version %u; install the library that fits, or build anew",
+            static_cast<unsigned>(ZONED_CLIENT_ABI_MAJOR),
+            static_cast<unsigned>(abi >> 16U));
+        return nullptr;
+    }
+    zoned_client_settings known;
+    zoned_client_allocator allocator;
+    if (!take(settings, known)) {
+        say(error, error_capacity, "settings: is null, or has no size");
+        return nullptr;
+    }
+    if (!read_allocator(known, allocator)) {
+        say(error, error_capacity, "allocator: lacks its size or a function");
+        return nullptr;
+    }
+    void* const memory = allocator.allocate(allocator.context, sizeof(zoned_client));
+    if (memory == nullptr) {
+        say(error, error_capacity, "%s", kOutOfMemory);
+        return nullptr;
+    }
+    auto* const client = new (memory) zoned_client(allocator);
+    const bool ended = client->memory.run([&] {
         GameClientSettings read;
-        std::string wrong = wrong_version(abi);
+        const std::string wrong = read_settings(known, read);
         if (wrong.empty()) {
-            wrong = read_settings(settings, read);
+            client->game = new GameClient(std::move(read));
+        } else {
+            say(error, error_capacity, "%s", wrong.c_str());
         }
-        if (!wrong.empty()) {
-            say(error, error_capacity, wrong);
-            return nullptr;
-        }
-        return new zoned_client(std::move(read));
     });
+    if (!ended) {
+        client->game = nullptr;
+        say(error, error_capacity, "%s", kOutOfMemory);
+    }
+    if (client->game == nullptr) {
+        release(client);
+        return nullptr;
+    }
+    return client;
 }
 
 void zoned_client_destroy(zoned_client* client) {
     if (client != nullptr) {
         zoned_client_quit(client);
-        delete client;
+        release(client);
     }
 }
 
 void zoned_client_quit(zoned_client* client) {
     if (client != nullptr) {
         guarded(*client, [&] {
-            client->game.quit();
+            client->game->quit();
             return 0;
         });
     }
@@ -153,7 +225,7 @@ int zoned_client_poll(zoned_client* client, double now_s) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
     guarded(*client, [&] {
-        client->game.poll(now_s);
+        client->game->poll(now_s);
         return 0;
     });
     return zoned_client_get_state(client);
@@ -163,7 +235,7 @@ int zoned_client_get_state(const zoned_client* client) {
     if (client == nullptr) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
-    switch (client->game.state()) {
+    switch (client->game != nullptr ? client->game->state() : link::SessionState::kClosed) {
         case link::SessionState::kIdle:
             return ZONED_CLIENT_IDLE;
         case link::SessionState::kConnecting:
@@ -179,7 +251,10 @@ int zoned_client_get_state(const zoned_client* client) {
 }
 
 const char* zoned_client_trouble(const zoned_client* client) {
-    return client != nullptr ? client->game.trouble().c_str() : "there is no client";
+    if (client == nullptr) {
+        return "there is no client";
+    }
+    return client->game != nullptr ? client->game->trouble().c_str() : kOutOfMemory;
 }
 
 int zoned_client_set_input(zoned_client* client, const zoned_client_input* input) {
@@ -188,7 +263,10 @@ int zoned_client_set_input(zoned_client* client, const zoned_client_input* input
         !std::isfinite(read.move_z) || !std::isfinite(read.yaw) || !std::isfinite(read.pitch)) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
-    client->game.set_input(read_input(read));
+    if (client->game == nullptr) {
+        return ZONED_CLIENT_FAILED;
+    }
+    client->game->set_input(read_input(read));
     return 0;
 }
 
@@ -201,7 +279,7 @@ int zoned_client_command(zoned_client* client,
     }
     return guarded(*client, [&]() -> int {
         std::string bytes(static_cast<const char*>(payload), payload_size);
-        return client->game.command(kind, std::move(bytes)) ? 0 : ZONED_CLIENT_NOT_READY;
+        return client->game->command(kind, std::move(bytes)) ? 0 : ZONED_CLIENT_NOT_READY;
     });
 }
 
@@ -212,7 +290,10 @@ int zoned_client_next_event(zoned_client* client,
     if (client == nullptr || event == nullptr || (payload == nullptr && payload_capacity > 0)) {
         return ZONED_CLIENT_BAD_ARGUMENT;
     }
-    const wire::EventMessage* const next = client->game.event();
+    if (client->game == nullptr) {
+        return ZONED_CLIENT_FAILED;
+    }
+    const wire::EventMessage* const next = client->game->event();
     if (next == nullptr) {
         return 0;
     }
@@ -232,7 +313,7 @@ int zoned_client_next_event(zoned_client* client,
     if (!next->payload.empty()) {
         std::memcpy(payload, next->payload.data(), next->payload.size());
     }
-    client->game.drop_event();
+    client->game->drop_event();
     return 1;
 }
 

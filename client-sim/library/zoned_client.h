@@ -1,5 +1,5 @@
 // zoned_client: joins a zoned server from any language: a C interface that is polled, without
-// callbacks and without threads.
+// callbacks and without threads. Memory and sockets may be the game's own.
 //
 // The shape of a game loop:
 //
@@ -22,14 +22,22 @@
 // double precision. Orientations are unit quaternions (x, y, z, w). A yaw of 0 looks along +z; it
 // grows from +z towards +x.
 //
-// Ownership: the library never keeps a pointer of the caller beyond the call. Texts that it returns
-// are UTF-8 and good until the next call with the same client.
+// Ownership: the library never keeps a pointer of the caller beyond the call, but for functions and
+// contexts of zoned_client_allocator and zoned_client_sockets. Texts that it returns are UTF-8 and
+// good until the next call with the same client.
 //
 // Threads: a client is used by one thread at a time; different clients by different threads. A name
-// that is no address is looked up on a thread of the library's own, so that no call waits for it.
+// that is no address is looked up on a thread of the library's own, so that no call waits for it;
+// `no_threads` forbids it.
+//
+// Memory: all that a client holds comes from its allocator, and is given back at its destruction at
+// the latest. Two libraries below take memory of their own: OpenSSL for TLS and sealed datagrams
+// (CRYPTO_set_mem_functions() is the game's to call), and the C library for the lookup of a name.
+// A client whose allocator gives nothing is closed for good: it gives all back but itself, its
+// trouble is "out of memory", and calls return ZONED_CLIENT_FAILED or 0.
 //
 // Errors: a function that returns int returns one of zoned_client_result where it is negative. No
-// exception leaves the library, and no server can make it abort.
+// exception leaves the library or may enter it, and no server can make it abort.
 #pragma once
 
 #include <stddef.h>
@@ -48,7 +56,7 @@ extern "C" {
 /* The interface that this header describes: another major number is another interface, a greater
    minor number knows more functions and longer structs. */
 #define ZONED_CLIENT_ABI_MAJOR 1
-#define ZONED_CLIENT_ABI_MINOR 2
+#define ZONED_CLIENT_ABI_MINOR 3
 #define ZONED_CLIENT_ABI ((uint32_t)(ZONED_CLIENT_ABI_MAJOR << 16 | ZONED_CLIENT_ABI_MINOR))
 
 /* Room for a name with its closing 0; longer names are cut. */
@@ -74,7 +82,8 @@ enum zoned_client_state {
 };
 
 enum zoned_client_trust {
-    ZONED_CLIENT_TRUST_DEFAULT = 0, /* anyone on an address of this machine, else the authorities */
+    ZONED_CLIENT_TRUST_DEFAULT = 0, /* anyone on an address of this machine, else (and by a game's
+                                       own sockets) authorities */
     ZONED_CLIENT_TRUST_PIN = 1,     /* the certificate whose SHA-256 is `pin` */
     ZONED_CLIENT_TRUST_ANYONE = 2,  /* for development */
     ZONED_CLIENT_TRUST_AUTHORITIES = 3 /* chain and host name, against `ca_file` or the system's */
@@ -84,6 +93,44 @@ enum zoned_client_view {
     ZONED_CLIENT_EXTRAPOLATE = 0, /* shows the server's present by prediction */
     ZONED_CLIENT_INTERPOLATE = 1  /* shows the past whose news has come: smoother, and later */
 };
+
+/* Since 1.3: the memory of a client. The functions are called by the thread that uses the client,
+   from within its calls alone, and must not call the library. A client keeps blocks that it has
+   freed for its next ones: after some seconds a frame calls neither. */
+typedef struct zoned_client_allocator {
+    uint32_t size;
+    uint32_t reserved;
+    void* context;
+    void* (*allocate)(void* context, size_t size); /* aligned to 16 bytes; null: there is none */
+    void (*release)(void* context, void* block);
+} zoned_client_allocator;
+
+enum zoned_client_socket_kind {
+    ZONED_CLIENT_STREAM = 0,   /* as TCP; the library brings TLS */
+    ZONED_CLIENT_DATAGRAMS = 1 /* as UDP, to one host; sealed by the library, at most 1200 bytes */
+};
+
+enum zoned_client_socket_result {
+    ZONED_CLIENT_SOCKET_ENDED = -1, /* the server has closed the stream in order */
+    ZONED_CLIENT_SOCKET_FAILED = -2 /* it is lost; the client tries again with a new one */
+};
+
+/* Since 1.3: sockets of the game. No function may wait, nor call the library. */
+typedef struct zoned_client_sockets {
+    uint32_t size;
+    uint32_t reserved;
+    void* context;
+    /* Begins to connect to a name or an address. Returns a number >= 0 of the game's choice that
+       names the socket; below 0: there is none. Without one for datagrams states travel inside the
+       stream. */
+    int (*open)(void* context, int kind, const char* host, uint16_t port);
+    /* Returns the bytes that were taken, 0 when none are now (as before it is connected), or one of
+       zoned_client_socket_result. Of datagrams one is sent whole. */
+    int64_t (*send)(void* context, int socket, const void* bytes, size_t size);
+    /* The same for bytes that have come. Of datagrams one is received whole. */
+    int64_t (*receive)(void* context, int socket, void* bytes, size_t capacity);
+    void (*close)(void* context, int socket);
+} zoned_client_sockets;
 
 /* Texts may be null: empty. */
 typedef struct zoned_client_settings {
@@ -99,6 +146,12 @@ typedef struct zoned_client_settings {
     const char* pin;           /* 64 hex digits, for ZONED_CLIENT_TRUST_PIN */
     const char* ca_file;       /* empty: the system's authorities */
     const char* world;         /* of a cluster; empty: the server's. Redirects are followed */
+    /* Since 1.3. */
+    const zoned_client_allocator* allocator; /* null: malloc() and free() */
+    const zoned_client_sockets* sockets;     /* null: those of the system */
+    const char* server_name; /* in the server's certificate; empty: the host of connect() */
+    uint32_t no_threads;     /* 1: no name is looked up; connect() wants an address */
+    uint32_t reserved;
 } zoned_client_settings;
 
 /* What the avatar is to do from now on, until the next one. */

@@ -149,8 +149,11 @@ void Client::on_opened(const Incoming& incoming) {
     stats_.websocket = incoming.inside;
     if (incoming.inside) {
         channel_.unseal();
-    } else {
-        channel_.rekey(incoming.down, incoming.up);
+    } else if (!channel_.rekey(incoming.down, incoming.up)) {
+        trouble_ = "the cryptography library does not offer AES-128-GCM";
+        transport_.close();
+        state_ = SessionState::kClosed;
+        return;
     }
     wire::HelloMessage hello;
     hello.protocol_version = kProtocolVersion;

@@ -26,9 +26,10 @@ double unwrap_send_time_s(std::uint32_t send_time_us, Tick tick, double tick_s) 
 
 }  // namespace
 
-void DatagramChannel::rekey(const wire::SealKey& down, const wire::SealKey& up) {
+bool DatagramChannel::rekey(const wire::SealKey& down, const wire::SealKey& up) {
     down_.emplace(down);
     up_.emplace(up);
+    return down_->usable() && up_->usable();
 }
 
 void DatagramChannel::unseal() {

@@ -1,159 +1,140 @@
 #include "client-sim/link/frame_stream.h"
 
-#include <openssl/evp.h>
-#include <openssl/ssl.h>
-#include <openssl/x509.h>
-
-#include <algorithm>
-#include <array>
 #include <utility>
 
 namespace zoned::link {
 
 namespace {
 
-/// To be told before the handshake.
-void prepare_trust(TlsSocket& stream, const Trust& trust) {
-    if (trust.kind == Trust::TrustKind::kVerify) {
-        stream.set_verify_mode(asio::ssl::verify_peer);
-        stream.set_verify_callback(asio::ssl::host_name_verification(trust.host));
-    } else {
-        stream.set_verify_mode(asio::ssl::verify_none);
-    }
-    asio::error_code ignored;
-    if (asio::ip::make_address(trust.host, ignored); ignored) {
-        // A server name is sent for names only, never for addresses (RFC 6066, section 3).
-        SSL_set_tlsext_host_name(stream.native_handle(), trust.host.c_str());
-    }
-}
-
-/// Empty: after the handshake the certificate is the pinned one, or none is pinned.
-std::string check_pin(TlsSocket& stream, const Trust& trust) {
-    if (trust.kind != Trust::TrustKind::kPin) {
-        return {};
-    }
-    const std::unique_ptr<X509, decltype(&X509_free)> certificate(
-        SSL_get1_peer_certificate(stream.native_handle()), &X509_free);
-    std::array<std::uint8_t, EVP_MAX_MD_SIZE> digest{};
-    unsigned int size = 0;
-    if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1 ||
-        size != trust.pin.size() ||
-        !std::equal(trust.pin.begin(), trust.pin.end(), digest.begin())) {
-        return "the server's certificate is not the pinned one";
-    }
-    return {};
-}
+/// A server that sends without end does not hold up a frame of the game for it.
+constexpr std::size_t kMostBytesAtOnce = std::size_t{4} << 20U;
 
 }  // namespace
 
-SocketStream::SocketStream(asio::io_context& io,
-                           asio::ssl::context& tls,
+SocketStream::SocketStream(const StreamWorld& world,
                            Trust trust,
                            StreamEvents events,
                            bool plain_at_home)
-    : stream_(io, tls),
-      trust_(std::move(trust)),
+    : trust_(std::move(trust)),
       events_(std::move(events)),
+      world_(world),
       plain_at_home_(plain_at_home) {
-    prepare_trust(stream_, trust_);
 }
 
-void SocketStream::connect(const asio::ip::tcp::endpoint& endpoint) {
-    plain_ = plain_at_home_ && endpoint.address().is_loopback();
-    stream_.next_layer().async_connect(
-        endpoint, [self = shared_from_this()](const asio::error_code& error) {
-            if (error) {
-                self->fail("cannot connect: " + error.message());
-                return;
-            }
-            asio::error_code ignored;
-            self->stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
-            self->handshake();
-        });
+SocketStream::~SocketStream() {
+    if (number_ >= 0) {
+        world_.sockets.close(number_);
+    }
 }
 
-void SocketStream::handshake() {
-    if (dead_) {
+void SocketStream::connect(const std::string& host, std::uint16_t port) {
+    number_ = world_.sockets.open(host, port);
+}
+
+std::string SocketStream::trouble() const {
+    return tls_ ? tls_->trouble() : world_.sockets.trouble(number_);
+}
+
+void SocketStream::advance() {
+    if (dead_ || number_ < 0 || (!world_.sockets.is_ready(number_) && pending_.empty())) {
         return;
     }
-    if (plain_) {
+    if (!open_) {
         open();
-        return;
     }
-    stream_.async_handshake(asio::ssl::stream_base::client,
-                            [self = shared_from_this()](const asio::error_code& error) {
-                                if (error) {
-                                    self->fail("TLS handshake failed: " + error.message());
-                                    return;
-                                }
-                                self->open();
-                            });
-}
-
-void SocketStream::open() {
-    if (dead_) {
-        return;
-    }
-    if (const std::string wrong = plain_ ? "" : check_pin(stream_, trust_); !wrong.empty()) {
-        fail(wrong);
-        return;
-    }
-    open_ = true;
-    on_open();
-    if (!dead_) {
+    if (open_ && !dead_) {
         read();
         write();
     }
 }
 
+void SocketStream::open() {
+    const StreamState state = world_.sockets.state(number_);
+    if (state == StreamState::kLost) {
+        fail("cannot connect: " + world_.sockets.trouble(number_));
+        return;
+    }
+    if (state == StreamState::kOpening) {
+        return;
+    }
+    if (!shaking_) {
+        shaking_ = true;
+        if (!plain_at_home_ || !world_.sockets.is_local(number_)) {
+            tls_.emplace(world_.tls, trust_, world_.sockets, number_);
+        }
+    }
+    if (tls_) {
+        const TlsResult result = tls_->shake_hands();
+        if (result == TlsResult::kFailed) {
+            fail("TLS handshake failed: " + tls_->trouble());
+        }
+        if (result != TlsResult::kDone) {
+            return;
+        }
+    }
+    open_ = true;
+    on_open();
+}
+
+TlsResult SocketStream::plain_result(std::ptrdiff_t done, std::size_t& size) {
+    if (done > 0) {
+        size = static_cast<std::size_t>(done);
+        return TlsResult::kDone;
+    }
+    if (done == Sockets::kEnded) {
+        return TlsResult::kEnded;
+    }
+    return done == 0 ? TlsResult::kWaits : TlsResult::kFailed;
+}
+
+TlsResult SocketStream::receive(std::span<std::uint8_t> into, std::size_t& size) {
+    return tls_ ? tls_->read(into, size)
+                : plain_result(world_.sockets.receive(number_, into), size);
+}
+
+TlsResult SocketStream::send(std::span<const std::uint8_t> bytes, std::size_t& size) {
+    return tls_ ? tls_->write(bytes, size)
+                : plain_result(world_.sockets.send(number_, bytes), size);
+}
+
 void SocketStream::read() {
-    const std::span<std::uint8_t> into = room();
-    auto done = [self = shared_from_this()](const asio::error_code& error, std::size_t size) {
-        if (self->dead_) {
+    for (std::size_t taken = 0; !dead_ && taken < kMostBytesAtOnce;) {
+        std::size_t size = 0;
+        const TlsResult result = receive(room(), size);
+        if (result == TlsResult::kWaits) {
             return;
         }
-        if (error) {
-            const bool orderly =
-                error == asio::error::eof || error == asio::ssl::error::stream_truncated;
-            self->fail(orderly ? std::string() : "stream failed: " + error.message());
+        if (result != TlsResult::kDone) {
+            fail(result == TlsResult::kEnded ? std::string() : "stream failed: " + trouble());
             return;
         }
-        self->on_bytes(size);
-        if (!self->dead_) {
-            self->read();
+        taken += size;
+        if (!closing_) {
+            on_bytes(size);
         }
-    };
-    if (plain_) {
-        stream_.next_layer().async_read_some(asio::buffer(into.data(), into.size()),
-                                             std::move(done));
-    } else {
-        stream_.async_read_some(asio::buffer(into.data(), into.size()), std::move(done));
     }
 }
 
 void SocketStream::write() {
-    if (!open_ || dead_ || !writing_.empty()) {
+    if (!open_ || dead_) {
         return;
     }
-    if (pending_.empty()) {
-        if (closing_) {
-            finish();
+    std::size_t sent = 0;
+    while (sent < pending_.size()) {
+        std::size_t size = 0;
+        const TlsResult result = send(std::span(pending_).subspan(sent), size);
+        if (result == TlsResult::kWaits) {
+            break;
         }
-        return;
-    }
-    writing_.swap(pending_);
-    auto done = [self = shared_from_this()](const asio::error_code& error, std::size_t) {
-        self->writing_.clear();
-        if (error) {
-            self->fail("stream failed: " + error.message());
+        if (result != TlsResult::kDone) {
+            fail("stream failed: " + trouble());
             return;
         }
-        self->write();
-    };
-    if (plain_) {
-        asio::async_write(stream_.next_layer(), asio::buffer(writing_), std::move(done));
-    } else {
-        asio::async_write(stream_, asio::buffer(writing_), std::move(done));
+        sent += size;
+    }
+    pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(sent));
+    if (closing_ && pending_.empty()) {
+        finish();
     }
 }
 
@@ -171,18 +152,15 @@ void SocketStream::close() {
     write();
 }
 
+/// All is said. A stream that is closed before it is read to its end is reset, and the server might
+/// miss the last words: it ends when the server ends it.
 void SocketStream::finish() {
-    dead_ = true;
-    if (plain_) {
-        asio::error_code ignored;
-        stream_.next_layer().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
-        stream_.next_layer().close(ignored);
+    if (std::exchange(shut_, true)) {
         return;
     }
-    stream_.async_shutdown([self = shared_from_this()](const asio::error_code&) {
-        asio::error_code ignored;
-        self->stream_.next_layer().close(ignored);
-    });
+    if (tls_) {
+        tls_->shut_down();
+    }
 }
 
 void SocketStream::fail(const std::string& reason) {
@@ -190,8 +168,10 @@ void SocketStream::fail(const std::string& reason) {
         return;
     }
     dead_ = true;
-    asio::error_code ignored;
-    stream_.next_layer().close(ignored);
+    tls_.reset();
+    if (number_ >= 0) {
+        world_.sockets.close(std::exchange(number_, -1));
+    }
     // Moved out first: the listener may close or reopen from within the call.
     const auto closed = std::move(events_.closed);
     events_ = {};

@@ -1,18 +1,15 @@
 // FrameStream: one connection that carries frames, whatever is around them.
 #pragma once
 
-// clang-format off
-#include <coroutine>  // before asio, which clang++ needs to find its coroutines
-#include <asio.hpp>
-#include <asio/ssl.hpp>
-// clang-format on
-
 #include "client-sim/link/link.h"
+#include "client-sim/link/sockets/sockets.h"
+#include "client-sim/link/tls_session.h"
 #include "client-sim/link/trust.h"
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,7 +19,7 @@ namespace zoned::link {
 /// Larger frames from a server are refused; a world description fits many times over.
 inline constexpr std::size_t kMostFrameBytes = 16U << 20U;
 
-/// Callbacks of a stream. Nothing is called after close().
+/// Callbacks of a stream, from within advance(). Nothing is called after close().
 struct StreamEvents {
     std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
     std::function<void()> opened_inside;  ///< a WebSocket: it has no keys
@@ -30,37 +27,51 @@ struct StreamEvents {
     std::function<void(std::string reason)> closed;
 };
 
+/// What the streams of a network share.
+struct StreamWorld {
+    Sockets& sockets;
+    const TlsContext& tls;
+};
+
 class FrameStream {
   public:
     virtual ~FrameStream() = default;
-    virtual void connect(const asio::ip::tcp::endpoint& endpoint) = 0;
+    virtual void connect(const std::string& host, std::uint16_t port) = 0;
     virtual void send_frame(const Bytes& frame) = 0;
-    /// Sends all queued frames, says goodbye, closes. No event follows.
+    /// Sends all queued frames, says goodbye, closes. No event follows; advance() goes on with it.
     virtual void close() = 0;
+    /// Receives, and sends what waits. Cheap where there is nothing to do.
+    virtual void advance() = 0;
+    /// Whether all is over, and the stream may end.
+    [[nodiscard]] virtual bool dead() const = 0;
+    /// Number of its stream among the sockets; below 0: none.
+    [[nodiscard]] virtual int number() const = 0;
 };
 
 /// Makes the streams of a network.
-using MakeStream = std::function<std::shared_ptr<FrameStream>(asio::io_context& io,
-                                                              asio::ssl::context& tls,
-                                                              const Trust& trust,
-                                                              StreamEvents events)>;
+using MakeStream = std::shared_ptr<FrameStream> (*)(const StreamWorld& world,
+                                                    const Trust& trust,
+                                                    StreamEvents events);
 
-using TlsSocket = asio::ssl::stream<asio::ip::tcp::socket>;
-
-/// The part that streams of all framings share: a socket with TLS over it or without, bytes in,
+/// The part that streams of all framings share: a stream with TLS over it or without, bytes in,
 /// queued bytes out, an orderly end.
-class SocketStream : public FrameStream, public std::enable_shared_from_this<SocketStream> {
+class SocketStream : public FrameStream {
   public:
-    void connect(const asio::ip::tcp::endpoint& endpoint) final;
+    ~SocketStream() override;
+    SocketStream(const SocketStream&) = delete;
+    SocketStream& operator=(const SocketStream&) = delete;
+
+    void connect(const std::string& host, std::uint16_t port) final;
     void close() final;
+    void advance() final;
+
+    [[nodiscard]] bool dead() const final { return dead_; }
+
+    [[nodiscard]] int number() const final { return number_; }
 
   protected:
     /// `plain_at_home`: without TLS where the server is on this machine.
-    SocketStream(asio::io_context& io,
-                 asio::ssl::context& tls,
-                 Trust trust,
-                 StreamEvents events,
-                 bool plain_at_home);
+    SocketStream(const StreamWorld& world, Trust trust, StreamEvents events, bool plain_at_home);
 
     /// The bytes' way is open and the server is the trusted one. A framing queues or tells what
     /// comes first; it may fail().
@@ -70,7 +81,7 @@ class SocketStream : public FrameStream, public std::enable_shared_from_this<Soc
     /// So many bytes have come there; the framing may fail().
     virtual void on_bytes(std::size_t size) = 0;
 
-    /// Queues the framing's own last word, which goes before the socket ends.
+    /// Queues the framing's own last word, which goes before the stream ends.
     virtual void say_goodbye() {}
 
     /// Sends what is in `pending_`, once the stream is open.
@@ -79,31 +90,38 @@ class SocketStream : public FrameStream, public std::enable_shared_from_this<Soc
 
     [[nodiscard]] bool done() const { return dead_ || closing_; }
 
-    [[nodiscard]] bool dead() const { return dead_; }
-
-    TlsSocket stream_;
+    std::optional<TlsSession> tls_;  ///< none: plain
     Trust trust_;
     StreamEvents events_;
     std::vector<std::uint8_t> pending_;
 
   private:
-    void handshake();
     void open();
     void read();
     void finish();
+    TlsResult receive(std::span<std::uint8_t> into, std::size_t& size);
+    TlsResult send(std::span<const std::uint8_t> bytes, std::size_t& size);
+    TlsResult plain_result(std::ptrdiff_t done, std::size_t& size);
+    [[nodiscard]] std::string trouble() const;
 
+    StreamWorld world_;
+    int number_ = -1;
     bool plain_at_home_;
-    bool plain_ = false;
-    std::vector<std::uint8_t> writing_;
+    bool shaking_ = false;
     bool open_ = false;
     bool closing_ = false;
+    bool shut_ = false;  // all is sent, and the server's own end is awaited
     bool dead_ = false;
 };
 
+/// Frames with their length before them, over TLS.
+[[nodiscard]] std::shared_ptr<FrameStream> make_tls_stream(const StreamWorld& world,
+                                                           const Trust& trust,
+                                                           StreamEvents events);
+
 /// Frames are messages of a WebSocket, as a browser sends them: without TLS where the server is on
 /// this machine.
-[[nodiscard]] std::shared_ptr<FrameStream> make_websocket_stream(asio::io_context& io,
-                                                                 asio::ssl::context& tls,
+[[nodiscard]] std::shared_ptr<FrameStream> make_websocket_stream(const StreamWorld& world,
                                                                  const Trust& trust,
                                                                  StreamEvents events);
 

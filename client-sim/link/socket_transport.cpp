@@ -1,44 +1,46 @@
 #include "client-sim/link/socket_transport.h"
 
-#include "client-sim/link/name_lookup.h"
-#include "client-sim/link/tls_stream.h"
+#include "client-sim/link/sockets/system_sockets.h"
 #include "shared/wire/packet.h"
 
 #include <algorithm>
-#include <cstring>
-#include <stdexcept>
+#include <cstdlib>
 #include <utility>
 
 namespace zoned::link {
 
+namespace {
+
+/// For so long a stream that was closed may say its last words.
+constexpr double kLastWordsS = 2.0;
+
+}  // namespace
+
 SocketNetwork::SocketNetwork(NetworkSettings settings)
-    : settings_(std::move(settings)),
-      tls_(asio::ssl::context::tls_client) {
-    SSL_CTX_set_min_proto_version(tls_.native_handle(), TLS1_3_VERSION);
-    asio::error_code error;
-    if (settings_.trust.kind == Trust::TrustKind::kVerify) {
-        if (settings_.ca_file.empty()) {
-            tls_.set_default_verify_paths(error);
+    : SocketNetwork(std::move(settings), nullptr) {
+    auto sockets = std::make_unique<SystemSockets>(settings_.udp_sockets, true);
+    if (trouble_.empty()) {
+        const Address found = look_up(settings_.host, port_);
+        if (found) {
+            address_ = *found;
+            sockets->set_address(settings_.host, address_);
+            trouble_ = sockets->open_udp(address_.is_v4());
         } else {
-            tls_.load_verify_file(settings_.ca_file, error);
-        }
-        if (error) {
-            throw std::runtime_error("cannot read the certificate authorities" +
-                                     (settings_.ca_file.empty() ? "" : " in " + settings_.ca_file) +
-                                     ": " + error.message());
+            trouble_ = found.error();
         }
     }
-    if (!settings_.endpoint) {
-        const Address found = look_up(settings_.host, settings_.port);
-        if (!found) {
-            throw std::runtime_error(found.error());
-        }
-        settings_.endpoint = *found;
+    sockets_ = std::move(sockets);
+}
+
+SocketNetwork::SocketNetwork(NetworkSettings settings, std::unique_ptr<Sockets> sockets)
+    : settings_(std::move(settings)),
+      sockets_(std::move(sockets)),
+      tls_(settings_.trust.kind == Trust::TrustKind::kVerify, settings_.ca_file),
+      port_(static_cast<std::uint16_t>(std::strtoul(settings_.port.c_str(), nullptr, 10))) {
+    trouble_ = tls_.trouble();
+    if (settings_.trust.host.empty()) {
+        settings_.trust.host = settings_.host;
     }
-    endpoint_ = *settings_.endpoint;
-    settings_.trust.host = settings_.host;
-    udp_ = std::make_unique<UdpPool>(settings_.udp_sockets,
-                                     endpoint_.address().is_v4() ? AF_INET : AF_INET6);
 }
 
 SocketNetwork::~SocketNetwork() = default;
@@ -59,65 +61,45 @@ void SocketNetwork::on_datagram(std::span<const std::uint8_t> datagram) {
         return;
     }
     SocketTransport& transport = *found->second;
-    Bytes bytes(datagram.begin(), datagram.end());
-    if (transport.conditioned_) {
-        transport.down_datagrams_.push(now_s_, std::move(bytes));
-    } else if (transport.events_.datagram) {
-        transport.events_.datagram(std::move(bytes));
+    if (transport.events_.datagram) {
+        transport.events_.datagram({datagram.begin(), datagram.end()});
     }
 }
 
 void SocketNetwork::poll(double now_s) {
     now_s_ = now_s;
-    io_.restart();
-    io_.poll();
-    udp_->receive([this](std::span<const std::uint8_t> datagram) { on_datagram(datagram); });
-    if (settings_.conditioner.active()) {
-        for (SocketTransport* transport : transports_) {
-            transport->release(now_s);
-        }
+    sockets_->poll();
+    // By index: a client that hears of an end may end its transport.
+    for (std::size_t i = 0; i < transports_.size(); ++i) {
+        transports_[i]->advance();
     }
-    // A copy: a client that hears that a name is unknown may end its transport.
-    const std::vector<SocketTransport*> waiting = transports_;
-    for (SocketTransport* transport : waiting) {
-        transport->advance();
+    for (const LeavingStream& leaving : leaving_) {
+        leaving.stream->advance();
+    }
+    std::erase_if(leaving_, [&](const LeavingStream& leaving) {
+        return leaving.stream->dead() || now_s > leaving.until_s;
+    });
+    sockets_->receive_datagrams(
+        [this](std::span<const std::uint8_t> datagram) { on_datagram(datagram); });
+}
+
+void SocketNetwork::close(std::shared_ptr<FrameStream> stream) {
+    stream->close();
+    if (!stream->dead()) {
+        leaving_.push_back({std::move(stream), now_s_ + kLastWordsS});
     }
 }
 
 void SocketNetwork::flush() {
-    if (settings_.conditioner.active()) {
-        for (SocketTransport* transport : transports_) {
-            transport->release(now_s_);
-        }
-    }
-    udp_->flush();
-}
-
-std::vector<BottleneckMeter> SocketNetwork::bottlenecks(Direction direction) const {
-    std::vector<BottleneckMeter> meters;
-    for (const SocketTransport* transport : transports_) {
-        const Conditioner& path =
-            direction == Direction::kUp ? transport->up_datagrams_ : transport->down_datagrams_;
-        if (transport->to_size_ != 0) {
-            meters.push_back(path.bottleneck(now_s_));
-        }
-    }
-    return meters;
+    sockets_->flush();
 }
 
 SocketTransport::SocketTransport(SocketNetwork& network, std::uint64_t index)
     : network_(network),
       index_(index),
-      route_(std::make_shared<ServerRoute>()),
-      conditioned_(network.settings_.conditioner.active()),
-      up_datagrams_(network.settings_.conditioner, Conditioner::Mode::kDatagrams, 4 * index),
-      down_datagrams_(network.settings_.conditioner,
-                      Conditioner::Mode::kDatagrams,
-                      4 * index + 1,
-                      Direction::kDown),
-      up_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 2),
-      down_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 3) {
-    route_->endpoint = network.endpoint_;
+      route_(std::make_shared<ServerRoute>()) {
+    route_->host = network.settings_.host;
+    route_->port = network.port_;
     route_->trust = network.settings_.trust;
 }
 
@@ -138,11 +120,9 @@ void SocketTransport::open() {
     if (!was_prepared) {
         close();
     }
-    up_frames_.clear();
-    down_frames_.clear();
     route_->is_used = true;
     if (!was_prepared) {  // else the next poll reports that it is open
-        start(route_);
+        start(*route_);
     }
 }
 
@@ -163,9 +143,7 @@ StreamEvents SocketTransport::events_of(ServerRoute* to) {
         if (!to->is_used) {
             return;  // a server says nothing before Hello
         }
-        if (conditioned_) {
-            down_frames_.push(network_.now_s_, std::move(frame));
-        } else if (events_.frame) {
+        if (events_.frame) {
             events_.frame(std::move(frame));
         }
     };
@@ -194,61 +172,28 @@ void SocketTransport::lose(ServerRoute& route, std::string reason) {
     if (!route.is_used) {
         return;
     }
-    // Messages that the server sent before it closed still count, the goodbye above all.
-    Bytes frame;
-    while (down_frames_.pop_due(1e300, frame)) {
-        if (events_.frame) {
-            events_.frame(std::move(frame));
-        }
-    }
     if (events_.closed) {
         events_.closed(std::move(reason));
     }
 }
 
-void SocketTransport::start(std::shared_ptr<ServerRoute> route) {
-    const NetworkSettings& settings = network_.settings_;
-    StreamEvents events = events_of(route.get());
-    if (settings.make_stream) {
-        route->stream =
-            settings.make_stream(network_.io_, network_.tls_, route->trust, std::move(events));
-    } else {
-        route->stream = std::make_shared<TlsStream>(
-            network_.io_, network_.tls_, route->trust, std::move(events));
-    }
-    route->waits = true;
-    connect(*route);
-}
-
-/// At once, or when the name of a redirect is known.
-void SocketTransport::connect(ServerRoute& route) {
-    if (route.lookup) {
-        const std::optional<Address> found = route.lookup->answer();
-        if (!found) {
-            return;
-        }
-        route.lookup.reset();
-        if (!*found) {
-            route.waits = false;
-            lose(route, found->error());
-            return;
-        }
-        route.endpoint = **found;
-    }
-    route.waits = false;
-    route.stream->connect(route.endpoint);
+void SocketTransport::start(ServerRoute& route) {
+    route.stream = network_.settings_.make_stream(
+        {*network_.sockets_, network_.tls_}, route.trust, events_of(&route));
+    route.stream->connect(route.host, route.port);
 }
 
 void SocketTransport::advance() {
+    // Copies: a client that hears of an end may end its route, and this transport.
     const std::shared_ptr<ServerRoute> ahead = ahead_;
-    if (ahead && ahead->waits) {
-        connect(*ahead);
+    const std::shared_ptr<ServerRoute> route = route_;
+    if (ahead && ahead->stream) {
+        const std::shared_ptr<FrameStream> stream = ahead->stream;
+        stream->advance();
     }
     report_open();
-    // At last: a client that hears that a name is unknown may end this transport.
-    const std::shared_ptr<ServerRoute> route = route_;
-    if (route->waits) {
-        connect(*route);
+    if (const std::shared_ptr<FrameStream> stream = route->stream) {
+        stream->advance();
     }
 }
 
@@ -257,15 +202,11 @@ std::shared_ptr<SocketTransport::ServerRoute> SocketTransport::route_to(
     std::uint16_t port,
     const std::string& certificate_sha256) const {
     auto route = std::make_shared<ServerRoute>();
-    route->host = host;
+    route->host = host.empty() ? route_->host : host;
     route->port = port;
     route->certificate = certificate_sha256;
     route->trust = route_->trust;
-    route->endpoint = route_->endpoint;
-    if (host.empty()) {
-        route->endpoint.port(port);
-    } else {
-        route->lookup = std::make_unique<NameLookup>(host, std::to_string(port));
+    if (!host.empty()) {
         route->trust.host = host;
     }
     // A client that trusts by a pin got the other server's from a server that it trusts.
@@ -275,28 +216,27 @@ std::shared_ptr<SocketTransport::ServerRoute> SocketTransport::route_to(
     return route;
 }
 
-bool SocketTransport::leads_to(const ServerRoute& route,
-                               const std::string& host,
-                               std::uint16_t port,
-                               const std::string& certificate_sha256) {
-    return route.stream && route.host == host && route.port == port &&
-           route.certificate == certificate_sha256;
+bool SocketTransport::leads_ahead(const std::string& host,
+                                  std::uint16_t port,
+                                  const std::string& certificate_sha256) const {
+    return ahead_ && ahead_->stream && ahead_->host == (host.empty() ? route_->host : host) &&
+           ahead_->port == port && ahead_->certificate == certificate_sha256;
 }
 
 void SocketTransport::prepare(const std::string& host,
                               std::uint16_t port,
                               const std::string& certificate_sha256) {
-    if (ahead_ && leads_to(*ahead_, host, port, certificate_sha256)) {
+    if (leads_ahead(host, port, certificate_sha256)) {
         return;
     }
     drop_ahead();
     ahead_ = route_to(host, port, certificate_sha256);
-    start(ahead_);
+    start(*ahead_);
 }
 
 void SocketTransport::drop_ahead() {
     if (ahead_ && ahead_->stream) {
-        ahead_->stream->close();
+        network_.close(std::move(ahead_->stream));
     }
     ahead_.reset();
 }
@@ -305,7 +245,7 @@ bool SocketTransport::redirect(const std::string& host,
                                std::uint16_t port,
                                const std::string& certificate_sha256) {
     close();
-    if (ahead_ && leads_to(*ahead_, host, port, certificate_sha256)) {
+    if (leads_ahead(host, port, certificate_sha256)) {
         route_ = std::exchange(ahead_, nullptr);
     } else {
         route_ = route_to(host, port, certificate_sha256);
@@ -314,9 +254,7 @@ bool SocketTransport::redirect(const std::string& host,
 }
 
 void SocketTransport::send_frame(Bytes frame) {
-    if (conditioned_) {
-        up_frames_.push(network_.now_s_, std::move(frame));
-    } else if (route_->stream) {
+    if (route_->stream) {
         route_->stream->send_frame(frame);
     }
 }
@@ -325,64 +263,18 @@ void SocketTransport::set_udp(std::uint16_t udp_port, std::uint32_t connection_i
     network_.by_connection_.erase(connection_);
     connection_ = connection_id;
     network_.by_connection_[connection_id] = this;
-    if (to_size_ == 0) {
-        up_datagrams_.restart_bottleneck_meter(network_.now_s_);
-        down_datagrams_.restart_bottleneck_meter(network_.now_s_);
-    }
-    const asio::ip::udp::endpoint to(route_->endpoint.address(), udp_port);
-    to_size_ = static_cast<socklen_t>(to.size());
-    std::memcpy(&to_, to.data(), to.size());
+    network_.sockets_->set_peer(index_, route_->host, udp_port);
 }
 
 void SocketTransport::send_datagram(Bytes datagram) {
-    if (conditioned_) {
-        up_datagrams_.push(network_.now_s_, std::move(datagram));
-    } else {
-        transmit(std::move(datagram));
-    }
-}
-
-void SocketTransport::transmit(Bytes datagram) {
-    if (to_size_ != 0) {
-        network_.udp_->queue(index_, to_, to_size_, std::move(datagram));
-    }
-}
-
-void SocketTransport::release(double now_s) {
-    Bytes bytes;
-    while (up_datagrams_.pop_due(now_s, bytes)) {
-        transmit(std::move(bytes));
-    }
-    while (up_frames_.pop_due(now_s, bytes)) {
-        if (route_->stream) {
-            route_->stream->send_frame(bytes);
-        }
-    }
-    while (down_datagrams_.pop_due(now_s, bytes)) {
-        if (events_.datagram) {
-            events_.datagram(std::move(bytes));
-        }
-    }
-    while (down_frames_.pop_due(now_s, bytes)) {
-        if (events_.frame) {
-            events_.frame(std::move(bytes));
-        }
-    }
+    network_.sockets_->queue_datagram(index_, std::move(datagram));
 }
 
 void SocketTransport::close() {
-    if (!route_->stream) {
-        return;
+    if (route_->stream) {
+        route_->is_open = false;
+        network_.close(std::move(route_->stream));
     }
-    Bytes frame;
-    while (up_frames_.pop_due(1e300, frame)) {
-        route_->stream->send_frame(frame);
-    }
-    down_frames_.clear();
-    route_->waits = false;
-    route_->is_open = false;
-    route_->stream->close();
-    route_->stream.reset();
 }
 
 }  // namespace zoned::link

@@ -2,15 +2,13 @@
 // clients share.
 #pragma once
 
-#include "client-sim/link/conditioner.h"
 #include "client-sim/link/frame_stream.h"
 #include "client-sim/link/link.h"
-#include "client-sim/link/name_lookup.h"
-#include "client-sim/link/udp_pool.h"
+#include "client-sim/link/sockets/name_lookup.h"
+#include "client-sim/link/sockets/sockets.h"
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -23,10 +21,7 @@ struct NetworkSettings {
     Trust trust;
     std::string ca_file;  ///< for Trust::kVerify; empty: the system's authorities
     int udp_sockets = 16;
-    ConditionerSettings conditioner;
-    /// Address of the host where it is known already; else the network looks it up.
-    std::optional<asio::ip::tcp::endpoint> endpoint = {};
-    MakeStream make_stream = {};  ///< none: by TLS (TlsStream)
+    MakeStream make_stream = make_tls_stream;
 };
 
 class SocketTransport;
@@ -34,41 +29,52 @@ class SocketTransport;
 /// One per process and thread. Drive it: poll(now), then advance the clients, then flush().
 class SocketNetwork {
   public:
-    /// Resolves the host where its address is not given. Throws std::runtime_error with one clear
-    /// line when that fails.
+    /// By sockets of the system. Looks the host up, and waits for that. trouble() says what went
+    /// wrong.
     explicit SocketNetwork(NetworkSettings settings);
+    /// By these sockets. Never waits.
+    SocketNetwork(NetworkSettings settings, std::unique_ptr<Sockets> sockets);
     ~SocketNetwork();
+
+    /// Why there can be no session, in one clear line; empty: all is well.
+    [[nodiscard]] const std::string& trouble() const { return trouble_; }
 
     [[nodiscard]] std::unique_ptr<SocketTransport> make_transport();
 
-    /// Delivers what has arrived (and what the conditioner held back until now).
+    /// Delivers what has arrived.
     void poll(double now_s);
     /// Hands queued datagrams to the kernel.
     void flush();
 
     /// True when the resolved address is this machine.
-    [[nodiscard]] bool loopback() const { return endpoint_.address().is_loopback(); }
+    [[nodiscard]] bool loopback() const { return address_.is_loopback(); }
 
     /// Bytes of IP and UDP headers per datagram.
-    [[nodiscard]] int header_bytes() const { return endpoint_.address().is_v4() ? 28 : 48; }
+    [[nodiscard]] int header_bytes() const { return address_.is_v4() ? 28 : 48; }
 
-    /// Traffic of the bottlenecks of all connected clients in one direction, until the last poll.
-    [[nodiscard]] std::vector<BottleneckMeter> bottlenecks(Direction direction) const;
-
-    [[nodiscard]] std::uint64_t send_drops() const { return udp_->send_drops(); }
+    [[nodiscard]] std::uint64_t send_drops() const { return sockets_->send_drops(); }
 
   private:
     friend class SocketTransport;
 
+    /// A stream that says its last words.
+    struct LeavingStream {
+        std::shared_ptr<FrameStream> stream;
+        double until_s = 0.0;
+    };
+
     void on_datagram(std::span<const std::uint8_t> datagram);
+    void close(std::shared_ptr<FrameStream> stream);
 
     NetworkSettings settings_;
-    asio::io_context io_{1};
-    asio::ssl::context tls_;
-    asio::ip::tcp::endpoint endpoint_;
-    std::unique_ptr<UdpPool> udp_;
+    std::unique_ptr<Sockets> sockets_;
+    std::string trouble_;
+    TlsContext tls_;
+    std::uint16_t port_ = 0;
+    SocketAddress address_;  // of the host, where it was looked up at once
     std::vector<SocketTransport*> transports_;
     std::unordered_map<std::uint32_t, SocketTransport*> by_connection_;
+    std::vector<LeavingStream> leaving_;
     std::uint64_t made_ = 0;
     double now_s_ = 0.0;
 };
@@ -99,14 +105,11 @@ class SocketTransport final : public Transport {
 
     /// A server, and the stream that leads to it.
     struct ServerRoute {
-        std::string host;  // of a redirect; empty: that of the server before
+        std::string host;
         std::uint16_t port = 0;
         std::string certificate;
         Trust trust;
-        asio::ip::tcp::endpoint endpoint;
-        std::unique_ptr<NameLookup> lookup;  // none: the endpoint is known
         std::shared_ptr<FrameStream> stream;
-        bool waits = false;    // for the lookup
         bool is_used = false;  // not just prepared
         bool is_open = false;  // and its client has not heard of it
         wire::SealKey down{};  // of an open stream ...
@@ -118,23 +121,18 @@ class SocketTransport final : public Transport {
         const std::string& host,
         std::uint16_t port,
         const std::string& certificate_sha256) const;
-    /// Makes its stream and connects, when its name is known.
-    void start(std::shared_ptr<ServerRoute> route);
+    /// Makes its stream and connects.
+    void start(ServerRoute& route);
     /// The route holds its stream, so the stream's events must not hold the route.
     [[nodiscard]] StreamEvents events_of(ServerRoute* to);
-    void connect(ServerRoute& route);
     void lose(ServerRoute& route, std::string reason);
     void report_open();
-    [[nodiscard]] static bool leads_to(const ServerRoute& route,
-                                       const std::string& host,
-                                       std::uint16_t port,
-                                       const std::string& certificate_sha256);
+    /// Whether a prepared stream leads to that server; no host: that of the present one.
+    [[nodiscard]] bool leads_ahead(const std::string& host,
+                                   std::uint16_t port,
+                                   const std::string& certificate_sha256) const;
     void drop_ahead();
     void advance();
-
-    /// Delivers the messages that the conditioner releases at `now_s`, both directions.
-    void release(double now_s);
-    void transmit(Bytes datagram);
 
     SocketNetwork& network_;
     std::size_t index_;
@@ -142,13 +140,6 @@ class SocketTransport final : public Transport {
     std::shared_ptr<ServerRoute> route_;  // open() goes there
     std::shared_ptr<ServerRoute> ahead_;  // prepared; null: nothing is
     std::uint32_t connection_ = 0;
-    sockaddr_storage to_{};
-    socklen_t to_size_ = 0;
-    bool conditioned_;
-    Conditioner up_datagrams_;
-    Conditioner down_datagrams_;
-    Conditioner up_frames_;
-    Conditioner down_frames_;
 };
 
 }  // namespace zoned::link

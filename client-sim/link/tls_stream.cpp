@@ -1,43 +1,35 @@
-#include "client-sim/link/tls_stream.h"
-
-#include <openssl/ssl.h>
+// Frames over TLS 1.3: a 4-byte little-endian length, then one message.
+#include "client-sim/link/frame_stream.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <utility>
 
 namespace zoned::link {
 
-TlsStream::TlsStream(asio::io_context& io,
-                     asio::ssl::context& tls,
-                     Trust trust,
-                     StreamEvents events)
-    : SocketStream(io, tls, std::move(trust), std::move(events), false),
-      input_(16384) {
-}
+namespace {
 
-bool TlsStream::export_key(const char* label, wire::SealKey& key) {
-    std::array<std::uint8_t, 28> material{};
-    if (SSL_export_keying_material(stream_.native_handle(),
-                                   material.data(),
-                                   material.size(),
-                                   label,
-                                   std::strlen(label),
-                                   nullptr,
-                                   0,
-                                   0) != 1) {
-        return false;
-    }
-    std::copy_n(material.begin(), key.key.size(), key.key.begin());
-    std::copy_n(material.begin() + key.key.size(), key.salt.size(), key.salt.begin());
-    return true;
-}
+class TlsStream final : public SocketStream {
+  public:
+    TlsStream(const StreamWorld& world, Trust trust, StreamEvents events)
+        : SocketStream(world, std::move(trust), std::move(events), false),
+          input_(16384) {}
+
+    void send_frame(const Bytes& frame) override;
+
+  private:
+    void on_open() override;
+    std::span<std::uint8_t> room() override;
+    void on_bytes(std::size_t size_read) override;
+
+    std::vector<std::uint8_t> input_;
+    std::size_t input_used_ = 0;
+};
 
 void TlsStream::on_open() {
     wire::SealKey down;
     wire::SealKey up;
-    if (!export_key(wire::kExporterLabelDown, down) || !export_key(wire::kExporterLabelUp, up)) {
+    if (!tls_->export_key(wire::kExporterLabelDown, down) ||
+        !tls_->export_key(wire::kExporterLabelUp, up)) {
         fail("the TLS library exported no keys");
         return;
     }
@@ -89,6 +81,14 @@ void TlsStream::send_frame(const Bytes& frame) {
     }
     pending_.insert(pending_.end(), frame.begin(), frame.end());
     write();
+}
+
+}  // namespace
+
+std::shared_ptr<FrameStream> make_tls_stream(const StreamWorld& world,
+                                             const Trust& trust,
+                                             StreamEvents events) {
+    return std::make_shared<TlsStream>(world, trust, std::move(events));
 }
 
 }  // namespace zoned::link

@@ -20,8 +20,8 @@ constexpr std::array<std::uint8_t, 2> kNormalEnd = {1000 >> 8, 1000 & 0xFF};
 
 class WebSocketStream final : public SocketStream {
   public:
-    WebSocketStream(asio::io_context& io, asio::ssl::context& tls, Trust trust, StreamEvents events)
-        : SocketStream(io, tls, std::move(trust), std::move(events), true),
+    WebSocketStream(const StreamWorld& world, Trust trust, StreamEvents events)
+        : SocketStream(world, std::move(trust), std::move(events), true),
           input_(kReadBytes),
           reader_(wire::WebSocketEnd::kClient, kMostFrameBytes) {}
 
@@ -139,11 +139,10 @@ void WebSocketStream::say_goodbye() {
 
 }  // namespace
 
-std::shared_ptr<FrameStream> make_websocket_stream(asio::io_context& io,
-                                                   asio::ssl::context& tls,
+std::shared_ptr<FrameStream> make_websocket_stream(const StreamWorld& world,
                                                    const Trust& trust,
                                                    StreamEvents events) {
-    return std::make_shared<WebSocketStream>(io, tls, trust, std::move(events));
+    return std::make_shared<WebSocketStream>(world, trust, std::move(events));
 }
 
 }  // namespace zoned::link

@@ -72,7 +72,7 @@ void put(double*& out, const Numbers& numbers) {
 
 /// Of a client that web_create() has made.
 zoned::web::WebVerdict& verdict_of(const zoned_client& client) {
-    return static_cast<zoned::web::WebVerdict&>(*client.game.observer());
+    return static_cast<zoned::web::WebVerdict&>(*client.game->observer());
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ ZONED_WEB_EXPORT zoned_client* web_create(const char* name,
     zoned_client* const client =
         zoned_client_create(ZONED_CLIENT_ABI, &settings, error_text.data(), error_text.size());
     if (client != nullptr) {
-        client->game.set_observer(std::make_unique<zoned::web::WebVerdict>(client->game));
+        client->game->set_observer(std::make_unique<zoned::web::WebVerdict>(*client->game));
     }
     return client;
 }

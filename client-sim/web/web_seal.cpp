@@ -14,6 +14,10 @@ Seal::Seal(const SealKey& /*key*/) {
     ZONED_ASSERT(false, "a browser's streams have no keys");
 }
 
+bool Seal::usable() const {
+    return true;
+}
+
 Seal::Seal() = default;
 Seal::Seal(Seal&&) noexcept = default;
 Seal& Seal::operator=(Seal&&) noexcept = default;

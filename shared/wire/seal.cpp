@@ -1,41 +1,44 @@
 #include "shared/wire/seal.h"
 
 #include "shared/core/assert.h"
+#include "shared/core/foreign_handle.h"
 #include "shared/wire/packet.h"
 
 #include <openssl/evp.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace zoned::wire {
 namespace {
 
-struct FreeContext {
-    void operator()(EVP_CIPHER_CTX* context) const { EVP_CIPHER_CTX_free(context); }
-};
-
-using ContextPtr = std::unique_ptr<EVP_CIPHER_CTX, FreeContext>;
+using Context = core::Foreign<EVP_CIPHER_CTX, EVP_CIPHER_CTX_free>;
 
 constexpr int kEncrypt = 1;
 constexpr int kDecrypt = 0;
 
-/// The key schedule is computed here, once; each datagram then only sets its nonce.
-ContextPtr make_context(const SealKey& key, int direction) {
-    ContextPtr context(EVP_CIPHER_CTX_new());
-    if (!context ||
+/// The key schedule is computed here, once; each datagram then only sets its nonce. nullptr:
+/// OpenSSL has no memory, or does not offer AES-128-GCM.
+EVP_CIPHER_CTX* make_context(const SealKey& key, int direction) {
+    EVP_CIPHER_CTX* const context = EVP_CIPHER_CTX_new();
+    if (context != nullptr &&
         EVP_CipherInit_ex(
-            context.get(), EVP_aes_128_gcm(), nullptr, key.key.data(), nullptr, direction) != 1) {
-        throw std::runtime_error("OpenSSL does not offer AES-128-GCM");
+            context, EVP_aes_128_gcm(), nullptr, key.key.data(), nullptr, direction) == 1) {
+        return context;
     }
-    return context;
+    EVP_CIPHER_CTX_free(context);
+    return nullptr;
 }
 
 }  // namespace
 
 struct Seal::Contexts {
-    ContextPtr encrypt;
-    ContextPtr decrypt;
+    explicit Contexts(const SealKey& key)
+        : encrypt(make_context(key, kEncrypt)),
+          decrypt(make_context(key, kDecrypt)),
+          salt(key.salt) {}
+
+    Context encrypt;
+    Context decrypt;
     std::array<std::uint8_t, 12> salt;
 
     /// Salt XOR the sequence as a big-endian number on the right (RFC 8446, section 5.3).
@@ -48,15 +51,18 @@ struct Seal::Contexts {
     }
 };
 
-Seal::Seal(const SealKey& key)
-    : contexts_(std::make_unique<Contexts>(
-          Contexts{make_context(key, kEncrypt), make_context(key, kDecrypt), key.salt})) {
+Seal::Seal(const SealKey& key) : contexts_(std::make_unique<Contexts>(key)) {
 }
 
 Seal::Seal() = default;
 
 Seal Seal::none() {
     return {};
+}
+
+bool Seal::usable() const {
+    return !contexts_ ||
+           (contexts_->encrypt.get() != nullptr && contexts_->decrypt.get() != nullptr);
 }
 
 Seal::Seal(Seal&&) noexcept = default;
@@ -78,7 +84,8 @@ void Seal::seal(std::uint64_t sequence,
     out.resize(at + plain.size() + kSealTagBytes);
     std::uint8_t* p = out.data() + at;
     int written = 0;
-    bool ok = EVP_CipherInit_ex(context, nullptr, nullptr, nullptr, nonce.data(), -1) == 1;
+    bool ok = context != nullptr &&
+              EVP_CipherInit_ex(context, nullptr, nullptr, nullptr, nonce.data(), -1) == 1;
     ok = ok &&
          (associated.empty() ||
           EVP_CipherUpdate(
@@ -92,7 +99,7 @@ void Seal::seal(std::uint64_t sequence,
         ok &&
         EVP_CIPHER_CTX_ctrl(
             context, EVP_CTRL_AEAD_GET_TAG, static_cast<int>(kSealTagBytes), p + plain.size()) == 1;
-    ZONED_ASSERT(ok, "sealing a datagram of sane size cannot fail");
+    ZONED_ASSERT(ok, "a usable seal cannot fail at a datagram of sane size");
 }
 
 bool Seal::open(std::uint64_t sequence,
@@ -119,7 +126,8 @@ bool Seal::open(std::uint64_t sequence,
     std::copy(sealed.begin() + static_cast<std::ptrdiff_t>(size), sealed.end(), tag.begin());
     plain.resize(size);
     int written = 0;
-    bool ok = EVP_CipherInit_ex(context, nullptr, nullptr, nullptr, nonce.data(), -1) == 1;
+    bool ok = context != nullptr &&
+              EVP_CipherInit_ex(context, nullptr, nullptr, nullptr, nonce.data(), -1) == 1;
     ok =
         ok && EVP_CIPHER_CTX_ctrl(
                   context, EVP_CTRL_AEAD_SET_TAG, static_cast<int>(kSealTagBytes), tag.data()) == 1;

@@ -41,6 +41,11 @@ inline constexpr char kExporterLabelUp[] = "EXPERIMENTAL zoned datagrams up";
 class Seal {
   public:
     explicit Seal(const SealKey& key);
+
+    /// False: the cryptography library does not offer what a seal needs. Nothing must be sealed
+    /// then, and nothing opens.
+    [[nodiscard]] bool usable() const;
+
     /// Passes datagrams on as they are, with 16 zero bytes for a tag. Only for a stream that
     /// protects what it carries: such datagrams must never be taken from UDP.
     static Seal none();

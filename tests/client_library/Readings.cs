@@ -95,7 +95,7 @@ public static class Readings
 
     private static void ReadSession(Client client)
     {
-        Expect(Client.AbiVersion == (1 << 16 | 2), "ABI");
+        Expect(Client.AbiVersion == (1 << 16 | 3), "ABI");
         Expect(client.State == ClientState.Online, "state");
         Expect(Math.Abs(client.ServerTime - client.World().ServerTime) < 0.1 && client.ServerTime > 0, "time");
         Stats stats = client.Stats();
@@ -166,11 +166,35 @@ public static class Readings
         }
     }
 
+    private delegate IntPtr Allocate(IntPtr context, UIntPtr size);
+    private delegate void Release(IntPtr context, IntPtr block);
+
+    private static void OwnMemory()
+    {
+        int taken = 0, given = 0;
+        Allocate allocate = (context, size) => { ++taken; return Marshal.AllocHGlobal((int)size); };
+        Release release = (context, block) => { ++given; Marshal.FreeHGlobal(block); };
+        Allocator own = new Allocator
+        {
+            Allocate = Marshal.GetFunctionPointerForDelegate(allocate),
+            Release = Marshal.GetFunctionPointerForDelegate(release),
+        };
+        using (Client client = new Client("thrifty", allocator: own, threads: false))
+        {
+            Expect(client.State == ClientState.Idle && taken > 0, "memory of its own");
+        }
+        Expect(given == taken, "all given back");
+        Refuses(() => new Client("half", sockets: new Sockets { Open = own.Allocate }), "sockets without functions");
+        GC.KeepAlive(allocate);
+        GC.KeepAlive(release);
+    }
+
     public static int Main(string[] arguments)
     {
         string[] sizes = new string[arguments.Length - 2];
         Array.Copy(arguments, 2, sizes, 0, sizes.Length);
         CheckSizes(sizes);
+        OwnMemory();
         Join(ushort.Parse(arguments[0]));
         Stream(ushort.Parse(arguments[1]));
         Console.WriteLine("all readings");

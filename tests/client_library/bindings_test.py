@@ -11,7 +11,8 @@ from game_server import LIBRARY_SOURCE, PATIENCE_S, scratch
 
 HEADER = (LIBRARY_SOURCE / "zoned_client.h").read_text()
 # The header's structs, by their names in C# and in Python.
-STRUCTS = {"settings": ("Settings", "Settings"), "input": ("Input", "Input"),
+STRUCTS = {"settings": ("Settings", "Settings"), "allocator": ("Allocator", "Allocator"),
+           "sockets": ("Sockets", "Sockets"), "input": ("Input", "Input"),
            "entity": ("Entity", "Entity"), "avatar": ("Avatar", "Avatar"),
            "event": ("EventInfo", "Event"), "world": ("World", "World"),
            "type_info": ("TypeInfo", "TypeInfo"), "zone_info": ("ZoneInfo", "ZoneInfo"),

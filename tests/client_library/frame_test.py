@@ -18,7 +18,7 @@ def crowd(text):
 
 
 class Frame(unittest.TestCase):
-    def test_tells_what_it_costs_and_entities_allocate_nothing(self):
+    def test_costs_less_than_its_budget_and_hardly_allocates(self):
         with scratch() as folder, serve(crowd) as server:
             program = folder / "frame_cost"
             source = pathlib.Path(__file__).parent / "frame_cost.c"
@@ -31,9 +31,11 @@ class Frame(unittest.TestCase):
         frame = json.loads(result.stdout)
         self.assertGreaterEqual(frame["entities"], ENTITIES)
         self.assertEqual(frame["allocations_in_entities"], 0)
-        self.assertGreater(frame["allocations_in_poll_per_frame"], 0, "allocations are counted")
-        # The aim is 0.1 ms. How long it takes here is a figure: the machine's other work is in it.
-        self.assertGreater(frame["cpu_ms_p10"], 0.0)
+        self.assertGreater(frame["allocations"], 100, "allocations are counted")
+        # Freed blocks are kept. What is left is growth, ever more seldom.
+        self.assertLess(frame["allocations_in_poll_per_frame"], 1.0)
+        # The tenth of the blocks that other work disturbed least, of the frame and of its measure alike.
+        self.assertLess(frame["cpu_ms_p10"], frame["budget_ms_p10"])
 
 
 if __name__ == "__main__":

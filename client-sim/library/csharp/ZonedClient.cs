@@ -13,28 +13,27 @@ namespace Zoned
 
     public enum ViewKind { Extrapolate = 0, Interpolate = 1 }
 
+    /// Memory of the game's own, by functions of C (zoned_client.h).
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Allocator { internal uint Size, Reserved; public IntPtr Context, Allocate, Release; }
+
+    /// Sockets of the game's own, by functions of C (zoned_client.h).
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Sockets { internal uint Size, Reserved; public IntPtr Context, Open, Send, Receive, Close; }
+
     public class ZonedException : Exception
     {
         public ZonedException(string text) : base(text) { }
     }
 
     [StructLayout(LayoutKind.Sequential)]
-    public struct Vector
-    {
-        public double X, Y, Z;
-    }
+    public struct Vector { public double X, Y, Z; }
 
     [StructLayout(LayoutKind.Sequential)]
-    public struct VectorF
-    {
-        public float X, Y, Z;
-    }
+    public struct VectorF { public float X, Y, Z; }
 
     [StructLayout(LayoutKind.Sequential)]
-    public struct Turn
-    {
-        public float X, Y, Z, W;
-    }
+    public struct Turn { public float X, Y, Z, W; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Input
@@ -221,7 +220,7 @@ namespace Zoned
 
     internal static class Native
     {
-        internal const uint Abi = 1 << 16 | 2; // of zoned_client.h
+        internal const uint Abi = 1 << 16 | 3; // of zoned_client.h
         internal const int TooSmall = -3;
         private const string Library = "zoned_client";
 
@@ -234,6 +233,8 @@ namespace Zoned
             public IntPtr ConfigDigest;
             public uint Trust, Measure;
             public IntPtr Pin, CaFile, World;
+            public IntPtr Allocator, Sockets, ServerName;
+            public uint NoThreads, Reserved;
         }
 
         [DllImport(Library)]
@@ -341,11 +342,14 @@ namespace Zoned
         private byte[] payload = new byte[4096];
 
         public Client(string name, string team = "", byte[] ticket = null, Trust trust = Trust.Default,
-                      string pin = "", string caFile = "", ViewKind view = ViewKind.Extrapolate, string world = "")
+                      string pin = "", string caFile = "", ViewKind view = ViewKind.Extrapolate, string world = "",
+                      Allocator allocator = new Allocator(), Sockets sockets = new Sockets(), string serverName = "", bool threads = true)
         {
+            allocator.Size = Native.SizeOf<Allocator>();
+            sockets.Size = Native.SizeOf<Sockets>();
             GCHandle[] pins = Array.ConvertAll(
-                new[] { Native.Bytes(name), Native.Bytes(team), ticket ?? new byte[1], Native.Bytes(""), Native.Bytes(pin), Native.Bytes(caFile), Native.Bytes(world) },
-                bytes => GCHandle.Alloc(bytes, GCHandleType.Pinned));
+                new object[] { Native.Bytes(name), Native.Bytes(team), ticket ?? new byte[1], Native.Bytes(""), Native.Bytes(pin), Native.Bytes(caFile), Native.Bytes(world), allocator, sockets, Native.Bytes(serverName) },
+                pinned => GCHandle.Alloc(pinned, GCHandleType.Pinned));
             try
             {
                 Native.Settings settings = new Native.Settings
@@ -361,6 +365,10 @@ namespace Zoned
                     Pin = pins[4].AddrOfPinnedObject(),
                     CaFile = pins[5].AddrOfPinnedObject(),
                     World = pins[6].AddrOfPinnedObject(),
+                    Allocator = allocator.Allocate != IntPtr.Zero ? pins[7].AddrOfPinnedObject() : IntPtr.Zero,
+                    Sockets = sockets.Open != IntPtr.Zero ? pins[8].AddrOfPinnedObject() : IntPtr.Zero,
+                    ServerName = pins[9].AddrOfPinnedObject(),
+                    NoThreads = threads ? 0u : 1u,
                 };
                 byte[] error = new byte[512];
                 client = Native.zoned_client_create(Native.Abi, ref settings, error, (UIntPtr)error.Length);

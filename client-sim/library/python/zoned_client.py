@@ -19,7 +19,7 @@ import os
 import pathlib
 import time
 
-ABI = 1 << 16 | 2  # of zoned_client.h: major version 1, minor version 2
+ABI = 1 << 16 | 3  # of zoned_client.h: major version 1, minor version 3
 NAME_BYTES = 64
 
 
@@ -64,6 +64,44 @@ class Sized(ctypes.Structure):
         self.size = ctypes.sizeof(self)
 
 
+class SocketKind(enum.IntEnum):
+    STREAM = 0
+    DATAGRAMS = 1
+
+
+SOCKET_ENDED = -1
+SOCKET_FAILED = -2
+
+
+class Allocator(Sized):
+    """Memory of the game's own, by functions of C: Python's would take memory themselves."""
+
+    _fields_ = [
+        ("size", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("context", ctypes.c_void_p),
+        ("allocate", ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)),
+        ("release", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)),
+    ]
+
+
+class Sockets(Sized):
+    """Sockets of the game's own. Keep it as long as its client."""
+
+    _fields_ = [
+        ("size", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("context", ctypes.c_void_p),
+        ("open", ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p,
+                                  ctypes.c_uint16)),
+        ("send", ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p,
+                                  ctypes.c_size_t)),
+        ("receive", ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int,
+                                     ctypes.c_void_p, ctypes.c_size_t)),
+        ("close", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int)),
+    ]
+
+
 class Settings(Sized):
     _fields_ = [
         ("size", ctypes.c_uint32),
@@ -78,6 +116,11 @@ class Settings(Sized):
         ("pin", ctypes.c_char_p),
         ("ca_file", ctypes.c_char_p),
         ("world", ctypes.c_char_p),
+        ("allocator", ctypes.POINTER(Allocator)),
+        ("sockets", ctypes.POINTER(Sockets)),
+        ("server_name", ctypes.c_char_p),
+        ("no_threads", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
     ]
 
 
@@ -339,11 +382,17 @@ class Client:
     """One session with a server. Not for several threads at a time."""
 
     def __init__(self, name, team="", ticket=b"", trust=Trust.DEFAULT, pin="", ca_file="",
-                 config_digest="", view=View.EXTRAPOLATE, abi=ABI, world=""):
+                 config_digest="", view=View.EXTRAPOLATE, abi=ABI, world="", allocator=None,
+                 sockets=None, server_name="", no_threads=False):
         settings = Settings(view=view, name=_bytes(name), team=_bytes(team), ticket=ticket,
                             ticket_size=len(ticket), config_digest=_bytes(config_digest),
                             trust=trust, pin=_bytes(pin), ca_file=_bytes(ca_file),
-                            world=_bytes(world))
+                            world=_bytes(world), server_name=_bytes(server_name),
+                            no_threads=no_threads)
+        if allocator:
+            settings.allocator = ctypes.pointer(allocator)
+        if sockets:
+            settings.sockets = ctypes.pointer(sockets)
         error = ctypes.create_string_buffer(512)
         self._client = _library.zoned_client_create(abi, settings, error, len(error))
         if not self._client:

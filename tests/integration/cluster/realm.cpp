@@ -81,7 +81,7 @@ void Wanderer::enter(std::uint16_t port) {
     client_.reset();
     transport_.reset();
     network_ = std::make_unique<link::SocketNetwork>(
-        link::NetworkSettings{"127.0.0.1", std::to_string(port), anyone(), "", 1, {}});
+        link::NetworkSettings{"127.0.0.1", std::to_string(port), anyone(), "", 1});
     transport_ = network_->make_transport();
     link::Login login;
     login.name = account_;

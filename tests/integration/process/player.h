@@ -19,7 +19,7 @@ class Player final : public link::SessionHandler {
   public:
     /// `ticket` holds a serialised ticket; empty: development mode.
     Player(int tcp_port, const std::string& name, const std::string& ticket)
-        : network_({"127.0.0.1", std::to_string(tcp_port), insecure(), "", 1, {}}),
+        : network_({"127.0.0.1", std::to_string(tcp_port), insecure(), "", 1}),
           transport_(network_.make_transport()),
           client_(*transport_, *this, {name, "", ticket, ""}) {
         client_.start(now());

@@ -2,29 +2,31 @@
 #pragma once
 
 #include "client-sim/link/link.h"
+#include "client-sim/link/sockets/name_lookup.h"
+#include "shared/core/foreign_handle.h"
 
-#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::link {
 
 class UdpPool {
   public:
-    /// Opens `sockets` non-blocking sockets of the address family `family` (AF_INET or AF_INET6).
-    /// Throws std::runtime_error with a clear message when the system refuses.
-    UdpPool(int sockets, int family);
-    ~UdpPool();
-    UdpPool(const UdpPool&) = delete;
-    UdpPool& operator=(const UdpPool&) = delete;
+    UdpPool();
 
-    /// Queues a datagram on socket `index` (modulo their number) until flush().
-    void queue(std::size_t index, const sockaddr_storage& to, socklen_t to_size, Bytes datagram);
+    /// Opens `sockets` non-blocking sockets of the address family `family` (AF_INET or AF_INET6).
+    /// Once. Empty, or why the system refused.
+    std::string open(int sockets, int family);
+
+    /// Queues a datagram on socket `index` (modulo their number) until flush(). Dropped and counted
+    /// where none is open.
+    void queue(std::size_t index, const SocketAddress& to, Bytes datagram);
     /// Hands everything queued to the kernel (sendmmsg). Datagrams for which the kernel has no room
     /// are dropped and counted, as a network would drop them.
     void flush();
@@ -38,11 +40,11 @@ class UdpPool {
     static constexpr std::size_t kSlotBytes = 2048;
 
     struct Outgoing {
-        sockaddr_storage to{};
-        socklen_t to_size = 0;
+        SocketAddress to;
         Bytes bytes;
     };
 
+    static void close(void* self);
     void flush_socket(std::size_t index);
 
     std::vector<int> sockets_;
@@ -51,6 +53,7 @@ class UdpPool {
     std::array<iovec, kBatch> vectors_{};
     std::array<mmsghdr, kBatch> headers_{};
     std::uint64_t send_drops_ = 0;
+    core::ForeignHandle fds_;  // all sockets
 };
 
 }  // namespace zoned::link

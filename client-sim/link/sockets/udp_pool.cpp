@@ -1,13 +1,11 @@
-#include "client-sim/link/udp_pool.h"
+#include "client-sim/link/sockets/udp_pool.h"
 
-#include <fcntl.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -19,35 +17,39 @@ constexpr int kBufferBytes = 4 << 20;
 
 }  // namespace
 
-UdpPool::UdpPool(int sockets, int family) : slots_(kBatch * kSlotBytes) {
-    for (int i = 0; i < sockets; ++i) {
-        const int fd = ::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-        if (fd < 0) {
-            const std::string why = std::strerror(errno);
-            for (const int open : sockets_) {
-                ::close(open);
-            }
-            throw std::runtime_error("cannot open a UDP socket: " + why);
-        }
-        // The kernel may grant less; bursts are then lost and show up as loss in the report.
-        ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof(kBufferBytes));
-        ::setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &kBufferBytes, sizeof(kBufferBytes));
-        sockets_.push_back(fd);
-    }
-    queues_.resize(sockets_.size());
+UdpPool::UdpPool() : slots_(kBatch * kSlotBytes), fds_(this, close) {
 }
 
-UdpPool::~UdpPool() {
-    for (const int fd : sockets_) {
+/// At the end, and where memory ran out: nothing here may take any.
+void UdpPool::close(void* self) {
+    for (const int fd : static_cast<UdpPool*>(self)->sockets_) {
         ::close(fd);
     }
 }
 
-void UdpPool::queue(std::size_t index,
-                    const sockaddr_storage& to,
-                    socklen_t to_size,
-                    Bytes datagram) {
-    queues_[index % queues_.size()].push_back({to, to_size, std::move(datagram)});
+std::string UdpPool::open(int sockets, int family) {
+    // Room first: memory that runs out must not lose a socket.
+    sockets_.reserve(static_cast<std::size_t>(sockets));
+    queues_.resize(static_cast<std::size_t>(sockets));
+    for (int i = 0; i < sockets; ++i) {
+        const int fd = ::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+        if (fd < 0) {
+            return std::string("cannot open a UDP socket: ") + std::strerror(errno);
+        }
+        sockets_.push_back(fd);
+        // The kernel may grant less; bursts are then lost and show up as loss in the report.
+        ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof(kBufferBytes));
+        ::setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &kBufferBytes, sizeof(kBufferBytes));
+    }
+    return {};
+}
+
+void UdpPool::queue(std::size_t index, const SocketAddress& to, Bytes datagram) {
+    if (sockets_.empty()) {
+        ++send_drops_;
+        return;
+    }
+    queues_[index % sockets_.size()].push_back({to, std::move(datagram)});
 }
 
 void UdpPool::flush() {
@@ -67,8 +69,8 @@ void UdpPool::flush_socket(std::size_t index) {
             Outgoing& out = queue[sent + i];
             vectors_[i] = {out.bytes.data(), out.bytes.size()};
             headers_[i] = {};
-            headers_[i].msg_hdr.msg_name = &out.to;
-            headers_[i].msg_hdr.msg_namelen = out.to_size;
+            headers_[i].msg_hdr.msg_name = &out.to.storage;
+            headers_[i].msg_hdr.msg_namelen = out.to.size;
             headers_[i].msg_hdr.msg_iov = &vectors_[i];
             headers_[i].msg_hdr.msg_iovlen = 1;
         }
