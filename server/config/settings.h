@@ -10,6 +10,10 @@
 #include "server/replication/replicator.h"
 #include "server/scripting/script_settings.h"
 #include "server/world/entity_type.h"
+#include "server/zone/groups/first_state.h"
+#include "server/zone/groups/instance.h"
+#include "server/zone/groups/match.h"
+#include "server/zone/groups/party.h"
 #include "server/zone/rules.h"
 #include "server/zone/zone_settings.h"
 #include "shared/clock/shared_environment.h"
@@ -17,6 +21,7 @@
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -178,6 +183,10 @@ struct Settings {
     zone::VisibilityFilterSettings visibility_filter;
     zone::RewindSettings rewind;
     zone::AuditSettings audit{false, 30};
+    std::optional<zone::PartySettings> parties;
+    std::optional<zone::InstanceSettings> instances;
+    std::optional<zone::MatchSettings> matches;
+    std::map<ZoneId, std::shared_ptr<const zone::FirstState>> first_states;  ///< of the copies
     zone::RulesSettings rules;
     std::optional<scripting::ScriptSettings> script;  ///< none: the linked rules
     ServerSettings server;

@@ -20,6 +20,9 @@ enum class Callback : std::uint8_t {
     kTrigger,
     kUse,
     kTimer,
+    kParty,
+    kMatch,
+    kInstance,
     kTick,
     kConfirm,
     kMessage,
@@ -27,7 +30,7 @@ enum class Callback : std::uint8_t {
     kMayHear,
 };
 
-inline constexpr std::array<std::string_view, 16> kCallbackNames{
+inline constexpr std::array<std::string_view, 19> kCallbackNames{
     "on_start",  // ()                     in the first tick of a zone's life
     "on_stop",  // ()                     after the last tick; reads, store_put, store_remove, print
     "on_join",  // (client, avatar, name, team, account)
@@ -39,6 +42,9 @@ inline constexpr std::array<std::string_view, 16> kCallbackNames{
     "on_trigger",       // (trigger, entity, entered)
     "on_use",           // (lever, avatar, on)
     "on_timer",         // (timer, entity, kind, payload)
+    "on_party",         // (event, party, player, other, name, client, refusal)
+    "on_match",         // (event, match, kind, player, team, refusal)
+    "on_instance",      // (event, instance, kind, player)
     "on_tick",          // ()
     "on_confirm",       // (client, event)
     "on_message",       // (target, payload)

@@ -30,6 +30,9 @@ void push_globals(lua_State* lua, const zone::RulesSettings& rules) {
     open_actions(lua);
     open_joints(lua);
     open_agents(lua);
+    open_parties(lua);
+    open_instances(lua);
+    open_matches(lua);
     open_events(lua);
     open_store(lua);
     open_messages(lua);

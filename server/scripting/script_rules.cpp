@@ -4,6 +4,9 @@
 #include "server/scripting/loaded_script.h"
 #include "server/scripting/state/state_bytes.h"
 #include "server/zone/context/stop_context.h"
+#include "server/zone/groups/instance.h"
+#include "server/zone/groups/match.h"
+#include "server/zone/groups/party.h"
 #include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
@@ -16,7 +19,7 @@ namespace zoned::scripting {
 namespace {
 
 /// First byte of saved state; a change of its form changes it.
-constexpr std::uint8_t kFormat = 0x52;
+constexpr std::uint8_t kFormat = 0x53;
 /// Errors at more places than this are counted alone.
 constexpr std::size_t kMostLoggedPlaces = 100;
 /// A zone asks may_hear for many pairs in a tick.
@@ -327,6 +330,45 @@ void ScriptRules::on_timer(zone::RulesContext& context, const zone::DueTimer& ti
         push_entity(lua, timer.entity);
         lua_pushinteger(lua, timer.kind);
         push_bytes(lua, timer.payload);
+        return 4;
+    });
+}
+
+void ScriptRules::on_party(zone::RulesContext& context, const zone::PartyChange& change) {
+    call(context, Callback::kParty, [&](lua_State* lua) {
+        push_text(lua, zone::kPartyEventNames[static_cast<std::size_t>(change.event)]);
+        lua_pushinteger(lua, change.party.value);
+        push_entity(lua, change.player);
+        push_entity(lua, change.other);
+        push_text(lua, change.name);
+        if (change.client) {
+            lua_pushinteger(lua, change.client.value);
+        } else {
+            lua_pushnil(lua);
+        }
+        push_text(lua, zone::kPartyRefusalNames[static_cast<std::size_t>(change.refusal)]);
+        return 7;
+    });
+}
+
+void ScriptRules::on_match(zone::RulesContext& context, const zone::MatchChange& change) {
+    call(context, Callback::kMatch, [&](lua_State* lua) {
+        push_text(lua, zone::kMatchEventNames[static_cast<std::size_t>(change.event)]);
+        lua_pushinteger(lua, change.match.value);
+        push_text(lua, change.kind);
+        push_entity(lua, change.player);
+        lua_pushinteger(lua, change.team + 1);
+        push_text(lua, zone::kMatchRefusalNames[static_cast<std::size_t>(change.refusal)]);
+        return 6;
+    });
+}
+
+void ScriptRules::on_instance(zone::RulesContext& context, const zone::InstanceChange& change) {
+    call(context, Callback::kInstance, [&](lua_State* lua) {
+        push_text(lua, zone::kInstanceEventNames[static_cast<std::size_t>(change.event)]);
+        lua_pushinteger(lua, change.instance.value);
+        push_text(lua, change.kind);
+        push_entity(lua, change.player);
         return 4;
     });
 }

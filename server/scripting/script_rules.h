@@ -51,6 +51,9 @@ class ScriptRules final : public zone::Rules {
                                 EntityId entity) const override;
     [[nodiscard]] std::vector<zone::TypeField> declared_fields() const override;
     void on_timer(zone::RulesContext& context, const zone::DueTimer& timer) override;
+    void on_party(zone::RulesContext& context, const zone::PartyChange& change) override;
+    void on_match(zone::RulesContext& context, const zone::MatchChange& change) override;
+    void on_instance(zone::RulesContext& context, const zone::InstanceChange& change) override;
     void on_tick(zone::RulesContext& context) override;
     void on_confirm(zone::RulesContext& context, ClientId client, EventId event) override;
     void on_message(zone::RulesContext& context,

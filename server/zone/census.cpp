@@ -1,6 +1,7 @@
 #include "server/zone/census.h"
 
 #include "server/zone/assemblies/motors.h"
+#include "server/zone/groups/group_changes.h"
 #include "server/zone/simulation/character_movement.h"
 #include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"
@@ -52,6 +53,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
         census.audited += audited && state.settings.audit.enabled ? 1U : 0U;
     }
     census.inbox = static_cast<std::uint32_t>(inbox_items + state.messages_in.size());
+    census.inbox += has_group_changes(state) ? 1U : 0U;
     census.neighbours = static_cast<std::uint32_t>(state.settings.regions.size() - 1);
     census.doors = static_cast<std::uint32_t>(state.doors.body.size());
     census.turning_doors = doors_to_turn(state);

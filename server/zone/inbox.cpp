@@ -3,6 +3,7 @@
 #include "server/ai/agent/hot_reload_migration.h"
 #include "server/zone/context/levers.h"
 #include "server/zone/context/zone_context.h"
+#include "server/zone/groups/group_changes.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/assert.h"
@@ -246,7 +247,8 @@ std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> 
             state.rules->on_message(context, message.target, message.payload);
         }
     }
-    const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size());
+    const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size()) +
+                       tell_group_changes(state, context);
     state.messages_in.clear();
     if (state.frozen) {
         // Bodies that the rules spawn or throw at a client's word rest like all others: a kill that

@@ -14,6 +14,9 @@
 
 namespace zoned::zone {
 
+struct InstanceChange;
+struct MatchChange;
+struct PartyChange;
 class StopContext;
 
 struct JoinRequest {
@@ -121,6 +124,24 @@ class Rules {
     virtual void on_timer(RulesContext& context, const DueTimer& timer) {
         (void)context;
         (void)timer;
+    }
+
+    /// What has become of a player in a party, or of an order to RulesParties, since the last tick.
+    virtual void on_party(RulesContext& context, const PartyChange& change) {
+        (void)context;
+        (void)change;
+    }
+
+    /// What has become of a match, of a player in one, or of an order to RulesMatches.
+    virtual void on_match(RulesContext& context, const MatchChange& change) {
+        (void)context;
+        (void)change;
+    }
+
+    /// What has become of an instance, of a player in one, or of an order to RulesInstances.
+    virtual void on_instance(RulesContext& context, const InstanceChange& change) {
+        (void)context;
+        (void)change;
     }
 
     /// Once per tick, before AI and physics.

@@ -21,6 +21,10 @@
 
 namespace zoned::zone {
 
+class RulesInstances;
+class RulesMatches;
+class RulesParties;
+
 /// The view and the actions of rules during a call. Changes to owned entities take effect at once;
 /// entities of other zones (ghosts) are read-only: reach them by message().
 class RulesContext {
@@ -382,6 +386,16 @@ class RulesContext {
     /// beaten one, or was beaten). Difficulty follows where the config says so (`ai.adaptation`),
     /// else nothing happens. Agents change after the rules of this tick at the earliest.
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
+
+    /// Groups of players (groups/rules_parties.h); null: the config has no `parties`.
+    [[nodiscard]] virtual RulesParties* parties() const { return nullptr; }
+
+    /// Those who play for a result, and those who wait (groups/rules_matches.h); null: the config
+    /// has no `match`.
+    [[nodiscard]] virtual RulesMatches* matches() const { return nullptr; }
+
+    /// Copies of parts of the map (groups/rules_instances.h); null: the config has none.
+    [[nodiscard]] virtual RulesInstances* instances() const { return nullptr; }
 
     // Agents. Their variables are senses of their brains: a rule that sets one commands all brains
     // that react to it.

@@ -1,6 +1,7 @@
 #include "server/zone/zone_hash.h"
 
 #include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/groups/group_changes.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/block_hash.h"
 
@@ -103,6 +104,7 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.hash.add(change.course.from);
         state.hash.add(change.course.open);
     }
+    hash_groups(state);
     if (state.next_store_request != 0) {
         state.hash.add(state.next_store_request);
     }

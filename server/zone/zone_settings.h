@@ -12,6 +12,7 @@
 #include "server/zone/assemblies/assembly_def.h"
 #include "server/zone/context/spawn_points.h"
 #include "server/zone/context/triggers.h"
+#include "server/zone/groups/first_state.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -109,6 +110,7 @@ struct DoorName {
     std::string name;
     bool by_rules = false;
     bool starts_open = false;  ///< one that rules move
+    bool here = false;         ///< reaches into this zone: each instance has one of its name
 };
 
 struct ZoneSettings {
@@ -122,6 +124,7 @@ struct ZoneSettings {
     std::shared_ptr<const AssemblyTable> assemblies;  ///< may be null where no type is a part
     /// Joints between placed entities, by number.
     std::shared_ptr<const std::vector<std::shared_ptr<const JointPlan>>> placed_joints;
+    std::shared_ptr<const FirstState> first_state;  ///< null: the zone is no copy for instances
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all

@@ -63,12 +63,18 @@ void StepOutput::clear() {
     travels.clear();
     lines.clear();
     figures.clear();
+    party_orders.clear();
+    instance_orders.clear();
+    match_orders.clear();
 }
 
 ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules)
     : settings(std::move(zone_settings)),
       scene(settings.physics),
       rules(std::move(game_rules)),
+      parties(settings.id, out.party_orders),
+      instances(settings.id, out.instance_orders),
+      matches(settings.id, out.match_orders),
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
     entities.declare_fields(world::field_schemas(*settings.types));

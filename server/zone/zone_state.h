@@ -12,6 +12,9 @@
 #include "server/world/visibility.h"
 #include "server/zone/assemblies/assembly_state.h"
 #include "server/zone/context/rules_timers.h"
+#include "server/zone/groups/rules_instances.h"
+#include "server/zone/groups/rules_matches.h"
+#include "server/zone/groups/rules_parties.h"
 #include "server/zone/plan.h"
 #include "server/zone/pose_history.h"
 #include "server/zone/rules.h"
@@ -51,6 +54,9 @@ struct StepOutput {
     std::vector<TravelWish> travels;
     std::vector<std::string> lines;  ///< of the rules, for the log
     std::vector<RulesFigure> figures;
+    std::vector<PartyOrder> party_orders;
+    std::vector<InstanceOrder> instance_orders;
+    std::vector<MatchOrder> match_orders;
 
     void clear();
 };
@@ -212,6 +218,9 @@ struct ZoneState {
     std::unique_ptr<Rules> rules;
     bool rules_started = false;  ///< on_start was called
     RulesTimers timers;
+    RulesParties parties;      ///< of the world; without a book where it has none
+    RulesInstances instances;  ///< likewise
+    RulesMatches matches;      ///< likewise
     /// Of entities that the config placed, in all zones.
     std::map<std::string, EntityId, std::less<>> entity_names;
     /// The pass that runs now: where a zone stopped, or the process crashed.

@@ -165,7 +165,7 @@ inline constexpr std::array<std::string_view, 15> kPhysicsRooms{"simd",
                                                                 "soft",
                                                                 "method_selection"};
 
-inline constexpr std::array<std::string_view, 10> kConfigRooms{"server_settings",
+inline constexpr std::array<std::string_view, 11> kConfigRooms{"server_settings",
                                                                "settings",
                                                                "text",
                                                                "plan",
@@ -173,6 +173,7 @@ inline constexpr std::array<std::string_view, 10> kConfigRooms{"server_settings"
                                                                "check",
                                                                "training",
                                                                "world",
+                                                               "groups",
                                                                "npc",
                                                                "expand"};
 

@@ -1,6 +1,9 @@
 // PlainRules: minimal rules that give each new player an avatar and count all calls.
 #pragma once
 
+#include "server/zone/groups/instance.h"
+#include "server/zone/groups/match.h"
+#include "server/zone/groups/party.h"
 #include "server/zone/rules.h"
 
 #include <functional>
@@ -25,7 +28,10 @@ struct PlainLog {
     std::vector<std::pair<ZoneId, Tick>> starts;
     std::vector<std::pair<ZoneId, zone::DueTimer>> timers;  ///< those that were due, and where
     std::vector<std::pair<ZoneId, zone::LeverUse>> uses;
-    std::vector<std::string> triggers;  ///< "1 +goal 7", "2 -goal 7"
+    std::vector<std::string> triggers;                               ///< "1 +goal 7", "2 -goal 7"
+    std::vector<std::pair<ZoneId, zone::PartyChange>> parties;       ///< what was told, and where
+    std::vector<std::pair<ZoneId, zone::InstanceChange>> instances;  ///< likewise
+    std::vector<std::pair<ZoneId, zone::MatchChange>> matches;       ///< likewise
     /// Called by each zone's on_start; set before the zones are made.
     std::function<void(zone::RulesContext&)> at_start;
     /// Called by each zone's on_stop.
@@ -58,6 +64,21 @@ class PlainRules final : public zone::Rules {
     void on_timer(zone::RulesContext& context, const zone::DueTimer& timer) override {
         const std::lock_guard lock(log_->guard);
         log_->timers.emplace_back(context.zone(), timer);
+    }
+
+    void on_party(zone::RulesContext& context, const zone::PartyChange& change) override {
+        const std::lock_guard lock(log_->guard);
+        log_->parties.emplace_back(context.zone(), change);
+    }
+
+    void on_match(zone::RulesContext& context, const zone::MatchChange& change) override {
+        const std::lock_guard lock(log_->guard);
+        log_->matches.emplace_back(context.zone(), change);
+    }
+
+    void on_instance(zone::RulesContext& context, const zone::InstanceChange& change) override {
+        const std::lock_guard lock(log_->guard);
+        log_->instances.emplace_back(context.zone(), change);
     }
 
     void on_trigger(zone::RulesContext& context, const zone::TriggerEvent& event) override {

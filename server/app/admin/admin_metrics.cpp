@@ -142,6 +142,11 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Calls of the rules' script that failed or overran, since it was read.",
                number(loop.script_errors));
+    out.single("zoned_parties", "gauge", "Parties of players.", number(loop.parties));
+    out.single("zoned_party_orders_refused_total",
+               "counter",
+               "Orders of the rules to parties that could not be carried out.",
+               number(loop.party_orders_refused));
     out.single("zoned_quarantined_bodies_total",
                "counter",
                "Bodies whose state was not finite.",

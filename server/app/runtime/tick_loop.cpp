@@ -249,6 +249,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.client_handoffs = world_.client_handoffs();
     s.undeliverable = world_.undeliverable();
     s.script_errors = world_.script_errors();
+    if (const zone::PartyBook* const parties = world_.parties()) {
+        s.parties = parties->parties().size();
+        s.party_orders_refused = parties->refused();
+    }
     s.bursts_sent = world_.bursts_sent();
     s.entities = 0;
     s.awake_bodies = 0;

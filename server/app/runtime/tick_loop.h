@@ -93,6 +93,8 @@ struct LoopStats {
     std::uint64_t client_handoffs = 0;
     std::uint64_t undeliverable = 0;
     std::uint64_t script_errors = 0;
+    std::size_t parties = 0;
+    std::uint64_t party_orders_refused = 0;
     std::uint64_t limit_exceeded = 0;
     RulesFigures rules;
     std::uint64_t fields_clamped = 0;

@@ -103,6 +103,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
             state->settings.environment = environment_;
         }
     }
+    make_groups(settings);
     inboxes_.resize(zones_.size());
     fault_of_.resize(zones_.size());
     populate(settings, regions_, zones_);
@@ -160,7 +161,9 @@ bool World::idle() const {
 std::size_t World::spawn_zone(mailbox::Join& join) const {
     if (join.placed) {
         const std::size_t zone = zone_at(join.spawn[0], join.spawn[2]);
-        if (zone < zones_.size() && runs(zone)) {
+        const bool in_a_copy =
+            instances_ && zone < zones_.size() && instances_->is_copy(states_[zone]->settings.id);
+        if (zone < zones_.size() && runs(zone) && !in_a_copy) {
             return zone;
         }
     }
@@ -314,8 +317,10 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
         environment_->advance(now_);
     }
     for_each_zone(&World::simulate_zone);
+    begin_groups();
     carry_handoffs(out);
     apply_topics(out);
+    update_groups(out);
     deliver_messages();
     for (const auto& zone : zones_) {
         zone->publish_ghosts();
@@ -333,12 +338,14 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
         zone::StepOutput& from = zone->output();
         for (mailbox::OutboxItem& message : from.messages) {
             if (const auto* joined = std::get_if<mailbox::Joined>(&message)) {
-                const ClientId client = joined->client;
-                const ZoneId in = joined->zone;
+                const mailbox::Joined here = *joined;
                 out.push_back(std::move(message));
-                enter_zone(client, in, out);
+                enter_zone(here.client, here.zone, out);
+                if (parties_) {
+                    seat_party_member(here, out);
+                }
                 if (environment_) {
-                    send_environment({client}, out);
+                    send_environment({here.client}, out);
                 }
                 continue;
             }
@@ -406,6 +413,7 @@ void World::carry_handoffs(std::vector<mailbox::OutboxItem>& out) {
                 zone_of_[client] = to;
                 ++client_handoffs_;
                 topics_.unsubscribe(client, zone_topic(handoff.from));
+                move_in_groups(client, handoff.to);
                 enter_zone(client, handoff.to, out);
             }
         }

@@ -6,6 +6,9 @@
 #include "server/config/settings.h"
 #include "server/interest/topics.h"
 #include "server/mailbox/messages.h"
+#include "server/zone/groups/instance_book.h"
+#include "server/zone/groups/match_book.h"
+#include "server/zone/groups/party_book.h"
 #include "server/zone/zone.h"
 
 #include <cstdint>
@@ -83,6 +86,13 @@ class World {
     /// Calls of scripts that failed or overran so far, in all zones (world_scripts.cpp).
     [[nodiscard]] std::uint64_t script_errors() const;
 
+    /// Null: the config has none (world_groups.cpp).
+    [[nodiscard]] const zone::PartyBook* parties() const { return parties_.get(); }
+
+    [[nodiscard]] const zone::InstanceBook* instances() const { return instances_.get(); }
+
+    [[nodiscard]] const zone::MatchBook* matches() const { return matches_.get(); }
+
     /// Cosmetic bursts that reached a client.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
@@ -144,6 +154,19 @@ class World {
     void deliver_to_zones(ZoneId to, const zone::RulesMessage& message);
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
+    // world_groups.cpp
+    void make_groups(const config::Settings& settings);
+    void begin_groups();
+    void update_groups(std::vector<mailbox::OutboxItem>& out);
+    void update_instances();
+    void update_matches(std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] zone::ZoneUse use_of(ZoneId zone) const;
+    void move_in_groups(ClientId client, ZoneId zone);
+    void leave_groups(ClientId client);
+    void update_parties(std::vector<mailbox::OutboxItem>& out);
+    void seat_party_member(const mailbox::Joined& joined, std::vector<mailbox::OutboxItem>& out);
+    void follow_party_topics(std::size_t from, std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] std::optional<zone::PartyPlayer> player_of(EntityId avatar) const;
     // world_environment.cpp
     void change_environment(std::vector<mailbox::OutboxItem>& out);
     void sync_environment(std::vector<mailbox::OutboxItem>& out);
@@ -175,7 +198,10 @@ class World {
     std::shared_ptr<clock::SharedEnvironment>
         environment_;  // null: the world has no clocks, no variables, and no doors of the rules
     Tick environment_sync_ticks_ = 0;
-    std::unique_ptr<const WorldFaults> faults_;  // null: the config has no `testing` settings
+    std::unique_ptr<zone::PartyBook> parties_;       // null: the config has none
+    std::unique_ptr<zone::MatchBook> matches_;       // likewise
+    std::unique_ptr<zone::InstanceBook> instances_;  // likewise
+    std::unique_ptr<const WorldFaults> faults_;      // null: the config has no `testing` settings
     std::vector<std::optional<StoppedZone>> fault_of_;  // by zone
     std::vector<StoppedZone> stopped_;
     std::vector<mailbox::OutboxItem> answers_;  // of the world itself, in this tick

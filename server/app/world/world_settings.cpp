@@ -130,6 +130,9 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     }
     z.placed_joints = std::make_shared<const std::vector<std::shared_ptr<const zone::JointPlan>>>(
         std::move(placed));
+    if (const auto first = settings.first_states.find(id); first != settings.first_states.end()) {
+        z.first_state = first->second;
+    }
     z.solids = settings.solids;
     z.outers = settings.outers;
     z.softs = settings.softs;
@@ -137,8 +140,10 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
         local_statics(settings, z.region()).with_courses(doors));
     z.door_courses = doors;
     for (const config::NamedDoor& named : settings.doors) {
-        z.doors.push_back(
-            {named.name, named.door.by_rules.has_value(), !named.door.times.open.empty()});
+        z.doors.push_back({named.name,
+                           named.door.by_rules.has_value(),
+                           !named.door.times.open.empty(),
+                           reaches(named.door.box, z.region(), 0.0)});
     }
     z.triggers = local_triggers(settings, z.region());
     z.spawn_points = settings.spawn_points;

@@ -73,6 +73,15 @@ void World::serialize(Archive& archive) {
         }
     });
     archive.section("topics", [&] { archive(topics_); });
+    if (parties_) {
+        archive.section("parties", [&] { archive(*parties_); });
+    }
+    if (instances_) {
+        archive.section("instances", [&] { archive(*instances_); });
+    }
+    if (matches_) {
+        archive.section("matches", [&] { archive(*matches_); });
+    }
     archive.section("environment", [&] {
         if (environment_) {
             archive(*environment_);

@@ -78,6 +78,7 @@ void World::end_clients(std::vector<mailbox::OutboxItem>& out) {
         zone::ZoneState& state = zones_[i]->state();
         for (const zone::ZoneClient& client : state.clients) {
             zone_of_.erase(client.client);
+            leave_groups(client.client);
             topics_.remove(client.client);
             mailbox::Kick kick;
             kick.client = client.client;

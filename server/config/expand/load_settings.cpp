@@ -5,6 +5,8 @@
 #include "server/config/expand/expand_server.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/expand/script_config.h"
+#include "server/config/groups/group_config.h"
+#include "server/config/groups/instance_config.h"
 #include "server/config/npc/adaptation_config.h"
 #include "server/config/npc/behaviours.h"
 #include "server/config/npc/blends.h"
@@ -146,12 +148,15 @@ void check_and_expand(Config& config,
     settings.boxes = expand_statics(config, diagnostics);
     settings.doors = expand_doors(config, diagnostics);
     settings.triggers = expand_triggers(config, settings.types, diagnostics);
+    settings.parties = expand_parties(config);
+    settings.matches = expand_matches(config, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();
     settings.initial.clear();
     place_spawn_points(config, terrain, settings, diagnostics);
     place_entities(config, terrain, settings, diagnostics);
     place_joints(config, settings, diagnostics);
+    expand_instances(config, settings, diagnostics);
     settings.methods.clear();
     if (diagnostics.empty()) {
         expand_adaptation(written, policies, settings, diagnostics);

@@ -36,7 +36,7 @@ zone::RulesContext& reading(lua_State* lua) {
 zone::RulesContext& changing(lua_State* lua) {
     zone::RulesContext& context = reading(lua);
     if (!Host::of(lua).may_change) {
-        luaL_error(lua, "may_hear changes nothing");
+        luaL_error(lua, "may_hear and on_stop change nothing");
     }
     return context;
 }

@@ -4,6 +4,7 @@
 #include "server/scripting/script_settings.h"
 #include "server/scripting/state/state_table.h"
 #include "server/scripting/vm/interpreter.h"
+#include "server/zone/groups/party.h"
 #include "server/zone/rules.h"
 
 #include <memory>
@@ -20,6 +21,7 @@ struct Host {
     Tick awake_until = 0;
     ScriptLog log;
     std::vector<EntityId> found;         // scratch
+    std::vector<zone::PartyId> parties;  // scratch
     std::vector<zone::SeenEntity> seen;  // scratch
 
     [[nodiscard]] static Host& of(lua_State* lua) {
@@ -46,6 +48,12 @@ void open_actions(lua_State* lua);
 void open_joints(lua_State* lua);
 /// Agents: their state, and commands to them.
 void open_agents(lua_State* lua);
+/// Parties of players.
+void open_parties(lua_State* lua);
+/// Instances of parts of the map.
+void open_instances(lua_State* lua);
+/// Matches and the queue for them.
+void open_matches(lua_State* lua);
 /// Events, topics, messages, timers, the log and metrics.
 void open_events(lua_State* lua);
 /// The durable store.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/world/entities.h"
+#include "server/zone/assemblies/assembly_state.h"
 #include "shared/core/ids.h"
 
 #include <array>

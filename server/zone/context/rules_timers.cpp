@@ -68,6 +68,10 @@ void RulesTimers::stop(TimerId timer) {
     remove([&](const RulesTimer& t) { return t.call.id == timer; });
 }
 
+void RulesTimers::clear() {
+    remove([](const RulesTimer& /*timer*/) { return true; });
+}
+
 std::optional<DueTimer> RulesTimers::next(Tick now) {
     if (!due(now)) {
         return std::nullopt;

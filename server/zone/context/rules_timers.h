@@ -42,6 +42,9 @@ class RulesTimers {
     std::vector<RulesTimer> take(EntityId entity);
     void give(std::vector<RulesTimer> timers);
 
+    /// All of them, as if each was stopped.
+    void clear();
+
     /// Chains the changes since the last call.
     void hash_changes(core::StateHash& hash);
 

@@ -378,6 +378,18 @@ void ZoneContext::note_outcome(bool player_succeeded) {
         state_->ai_update.difficulty(), state_->settings.ai.difficulty, player_succeeded);
 }
 
+RulesParties* ZoneContext::parties() const {
+    return state_->parties.book() != nullptr ? &state_->parties : nullptr;
+}
+
+RulesInstances* ZoneContext::instances() const {
+    return state_->instances.book() != nullptr ? &state_->instances : nullptr;
+}
+
+RulesMatches* ZoneContext::matches() const {
+    return state_->matches.book() != nullptr ? &state_->matches : nullptr;
+}
+
 void ZoneContext::kick(ClientId client, std::string_view reason) {
     state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
 }
@@ -436,7 +448,9 @@ void ZoneContext::store_stand(const ZoneClient& client) {
     request.act = mailbox::StoreAct::kStand;
     request.zone = state_->settings.id;
     request.key = {mailbox::StoreScope::kCharacter, client.account, client.name, {}};
-    const Vec3d at = origin() + state_->entities.position[row].cast<double>();
+    // By the next login the instance may have ended.
+    const Vec3d at = state_->instances.return_place(client.client)
+                         .value_or(origin() + state_->entities.position[row].cast<double>());
     for (int axis = 0; axis < 3; ++axis) {
         request.position[axis] = at[axis];
     }

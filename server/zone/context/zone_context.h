@@ -108,6 +108,9 @@ class ZoneContext final : public RulesContext {
     void stop_timer(TimerId timer) override;
     void reset_view(ClientId client) override;
     void note_outcome(bool player_succeeded) override;
+    [[nodiscard]] RulesParties* parties() const override;
+    [[nodiscard]] RulesInstances* instances() const override;
+    [[nodiscard]] RulesMatches* matches() const override;
     [[nodiscard]] std::optional<AgentReading> agent(EntityId entity) const override;
     [[nodiscard]] std::optional<double> agent_variable(EntityId entity,
                                                        std::string_view name) const override;

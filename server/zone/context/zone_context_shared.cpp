@@ -22,14 +22,17 @@ std::optional<Tick> announced_tick(const ZoneState& state, double ahead_s) {
     return state.now + static_cast<Tick>(ticks);
 }
 
-/// The number of a door that rules move; none where there is none of that name.
+/// The number of a door that rules move, of several the zone's own; none where there is none of
+/// that name.
 std::optional<std::uint32_t> find_door(const ZoneSettings& settings, std::string_view name) {
-    for (std::uint32_t door = 0; door < settings.doors.size(); ++door) {
-        if (settings.doors[door].by_rules && settings.doors[door].name == name) {
-            return settings.door_courses ? std::optional(door) : std::nullopt;
+    std::optional<std::uint32_t> found;
+    for (std::uint32_t door = 0; settings.door_courses && door < settings.doors.size(); ++door) {
+        const DoorName& named = settings.doors[door];
+        if (named.by_rules && named.name == name && (!found || named.here)) {
+            found = door;
         }
     }
-    return std::nullopt;
+    return found;
 }
 
 }  // namespace

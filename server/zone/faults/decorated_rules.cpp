@@ -63,6 +63,18 @@ void DecoratedRules::on_use(RulesContext& context, const LeverUse& use) {
     pass("on_use", [&](Rules& rules) { rules.on_use(context, use); });
 }
 
+void DecoratedRules::on_party(RulesContext& context, const PartyChange& change) {
+    pass("on_party", [&](Rules& rules) { rules.on_party(context, change); });
+}
+
+void DecoratedRules::on_instance(RulesContext& context, const InstanceChange& change) {
+    pass("on_instance", [&](Rules& rules) { rules.on_instance(context, change); });
+}
+
+void DecoratedRules::on_match(RulesContext& context, const MatchChange& change) {
+    pass("on_match", [&](Rules& rules) { rules.on_match(context, change); });
+}
+
 ContactWish DecoratedRules::contact_wish(TypeIndex type) const {
     return pass("contact_wish", [&](const Rules& rules) { return rules.contact_wish(type); });
 }

@@ -29,6 +29,9 @@ class DecoratedRules : public Rules {
     void on_joint_broken(RulesContext& context, const BrokenJoint& joint) override;
     void on_trigger(RulesContext& context, const TriggerEvent& event) override;
     void on_use(RulesContext& context, const LeverUse& use) override;
+    void on_party(RulesContext& context, const PartyChange& change) override;
+    void on_instance(RulesContext& context, const InstanceChange& change) override;
+    void on_match(RulesContext& context, const MatchChange& change) override;
     [[nodiscard]] ContactWish contact_wish(TypeIndex type) const override;
     [[nodiscard]] bool may_hear(const RulesContext& context,
                                 EntityId viewer,

@@ -1,6 +1,8 @@
 // FakeContext: RulesContext on plain columns, without physics or network.
 #pragma once
 
+#include "server/zone/groups/party_book.h"
+#include "server/zone/groups/rules_parties.h"
 #include "server/zone/rules.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +12,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -157,6 +160,29 @@ class FakeContext : public zone::RulesContext {
     [[nodiscard]] const zone::SpawnPoint* freest_spawn(std::string_view team) const override {
         const auto points = zone::spawn_points_of(spawns, team);
         return points.empty() ? nullptr : points.front();
+    }
+
+    /// From now on the world has parties.
+    void open_parties(const zone::PartySettings& settings) {
+        book.emplace(settings);
+        parties_.open(*book);
+    }
+
+    /// What the rules have asked of parties since the last time, for their next call of on_party.
+    std::vector<zone::PartyChange> carry_out_party_orders() {
+        book->begin(++now_);
+        for (const zone::PartyOrder& order : std::exchange(party_orders, {})) {
+            book->apply(order, [this](EntityId avatar) -> std::optional<zone::PartyPlayer> {
+                const world::Row row = entities_.find(avatar);
+                if (row == world::kNoRow || !entities_.client[row]) {
+                    return std::nullopt;
+                }
+                const ClientId client = entities_.client[row];
+                return zone::PartyPlayer{
+                    avatar, client, zone(), "account", "name" + std::to_string(client.value)};
+            });
+        }
+        return {book->changes().begin(), book->changes().end()};
     }
 
     /// Due timers, in the order in which they were started; they are gone with it.
@@ -389,6 +415,10 @@ class FakeContext : public zone::RulesContext {
         std::sort(out.begin(), out.end());
     }
 
+    [[nodiscard]] zone::RulesParties* parties() const override {
+        return book ? &parties_ : nullptr;
+    }
+
     EventId send(ClientId client, const zone::RulesEvent& event) override {
         return note({Channel::kClient, client, "", EntityId(), event, EventId(), now_});
     }
@@ -577,6 +607,8 @@ class FakeContext : public zone::RulesContext {
     std::map<std::string, std::vector<EntityId>> held;  ///< by triggers
     std::map<EntityId, Vec3> homes;                     ///< of agents
     double fear = 0.0;                                  ///< of all of them
+    std::optional<zone::PartyBook> book;
+    std::vector<zone::PartyOrder> party_orders;
 
   private:
     std::uint64_t started_timers_ = 0;
@@ -587,6 +619,7 @@ class FakeContext : public zone::RulesContext {
     Tick now_ = 100;
     core::Rng rng_;
     world::Entities entities_;
+    mutable zone::RulesParties parties_{ZoneId(zone_), party_orders};
 };
 
 }  // namespace zoned::rules::test

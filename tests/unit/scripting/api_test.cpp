@@ -202,6 +202,62 @@ TEST(ScriptApi, CommandsAgents) {
               "1 nil 0.0 nil nil|true false|true false|guard watch stand nil 1.0 2.0 3.0 0.5");
 }
 
+TEST(ScriptApi, FormsPartiesAndHearsWhatBecomesOfThem) {
+    ScriptZone zone(R"(
+    function on_command(client, avatar, kind, payload)
+        local other = tonumber(payload)
+        if kind == 20 then print(party_invite(avatar, other)) end
+        if kind == 21 then
+            local party = party_invitations(avatar)[1]
+            print(party_topic(party), party_accept(avatar, party), party_decline(avatar, 7))
+        end
+        if kind == 22 then
+            local party = party_of(avatar)
+            for _, m in ipairs(party_members(party)) do print(m.entity, m.client, m.name, m.zone, m.away) end
+            print(set_party_value(party, 'goal', 'north'), party_value(party, 'goal'))
+        end
+        if kind == 23 then print(party_value(party_of(avatar), 'goal'), party_kick(avatar, other), party_promote(avatar, other)) end
+        if kind == 24 then print(party_leave(other), party_disband(avatar), party_of(other)) end
+    end
+    function on_party(...) print(...) end)");
+    zone.open_parties({});
+    const EntityId a = zone.join(1);
+    const EntityId b = zone.join(2);
+    const std::string b_text = std::to_string(b.value);
+    const auto told = [&] {
+        zone.clear();
+        for (const zone::PartyChange& change : zone.carry_out_party_orders()) {
+            zone.rules->on_party(zone, change);
+        }
+        return zone.printed();
+    };
+    zone.command(1, a, 20, b_text);
+    EXPECT_EQ(zone.printed(), "true");
+    EXPECT_EQ(told(), "joined 1 1 nil name1 1 none|invited 1 5 1 name2 2 none");
+    zone.command(2, b, 21, "");
+    EXPECT_EQ(told(), "joined 1 5 nil name2 2 none|refused 7 5 nil  nil not_invited");
+    zone.clear();
+    zone.command(1, a, 22, "");
+    EXPECT_EQ(zone.printed(), "1 1 name1 1 false|5 2 name2 1 false|true nil");
+    EXPECT_EQ(told(), "");
+    zone.command(2, b, 23, b_text);
+    EXPECT_EQ(zone.printed(), "north true true");
+    EXPECT_EQ(told(), "refused 1 5 5 name2 2 not_leader|refused 1 5 5 name2 2 not_leader");
+    zone.clear();
+    zone.command(1, a, 24, b_text);
+    EXPECT_EQ(zone.printed(), "true true 1");
+    EXPECT_EQ(told(),
+              "left 1 5 nil name2 2 none|left 1 1 nil name1 1 none|ended 1 1 nil name1 nil none|"
+              "refused 0 1 nil name1 1 no_party");
+    EXPECT_EQ(zone.errors(), "");
+}
+
+TEST(ScriptApi, KnowsOfNoPartiesWhereTheConfigHasNone) {
+    EXPECT_EQ(printed_by("print(party_of(1), party_members(1), #party_invitations(1), "
+                         "party_value(1, 'x'), party_invite(1, 2), set_party_value(1, 'x', 'y'))"),
+              "nil nil 0 nil false false");
+}
+
 TEST(ScriptApi, HearsOfTriggersAndAsksThem) {
     ScriptZone zone(R"(function on_trigger(trigger, entity, entered)
         print(trigger, entity, entered, #inside(trigger), #inside('none'))
@@ -298,7 +354,7 @@ TEST(ScriptApi, AsksWhoMayHearAndLetsNothingChangeThen) {
     EXPECT_TRUE(zone.rules->may_hear(zone, a, a));
     EXPECT_FALSE(zone.rules->may_hear(zone, a, b));
     EXPECT_FALSE(zone.rules->may_hear(zone, a, c));
-    EXPECT_THAT(zone.errors(), HasSubstr("may_hear changes nothing"));
+    EXPECT_THAT(zone.errors(), HasSubstr("may_hear and on_stop change nothing"));
     EXPECT_EQ(zone.rules->errors(), 0u);
     zone::Bytes after;
     ASSERT_TRUE(zone.rules->save(after));
@@ -371,6 +427,13 @@ TEST(ScriptApi, NamesTheFunctionAndTheArgumentThatIsWrong) {
          }) {
         EXPECT_THAT(error_of(wrong.call), HasSubstr(wrong.error)) << wrong.call;
     }
+}
+
+TEST(ScriptApi, SaysWhatIsWrongWithPartiesArguments) {
+    EXPECT_THAT(error_of("party_members('x')"), HasSubstr("party"));
+    EXPECT_THAT(error_of("party_members(-1)"), HasSubstr("party"));
+    EXPECT_THAT(error_of("party_invite(1, 'x')"), HasSubstr("other"));
+    EXPECT_THAT(error_of("set_party_value(1, 'k', ('x'):rep(257))"), HasSubstr("value"));
 }
 
 TEST(ScriptChance, IsTheZones) {
