@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace zoned::physics {
@@ -23,8 +22,6 @@ constexpr float kShortBounce = 3.0F;
 constexpr float kSlowestBounce = 0.01F;
 /// Contacts that one thread watches at a time.
 constexpr std::size_t kWatchGrain = 64;
-
-constexpr float kNoImpact = std::numeric_limits<float>::infinity();
 
 /// When two surfaces meet, s from now, and how fast, m/s.
 struct Meeting {
@@ -56,21 +53,16 @@ void ContactSolver::watch_impacts() {
 /// Velocities hold all that gravity and joints do in this substep already; `start` is without it.
 /// So a gap goes as s + v t + a t^2 / 2, and in it v is the velocity where positions are now.
 float ContactSolver::meeting_time(const SolverWatch& w) const {
-    const ContactBatch& batch = batches_[w.batch];
-    const Single at(batch, w.lane, moving_, 0.0F);
+    const Approach at(w, moving_, 0.0F);
     const Motions m{moving_.motion[at.a], moving_.motion[at.b]};
     const Motions gain{m.a - moving_.start(at.a), m.b - moving_.start(at.b)};
     const float weight = std::abs(at.normal.dot(parameters_.gravity));
     float earliest = kNoImpact;
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        const PointLanes& p = points_[batch.points + k];
-        if (p.mass[w.lane] == 0.0F) {
-            continue;
-        }
-        const Vec3 arm = p.arm.get(w.lane);
-        const float gained = at.speed(gain, arm);
-        const float gap = at.gap(p.separation[w.lane], arm);
-        const Meeting meeting = meeting_of(gap, at.speed(m, arm) - kept_ * gained, gained / h_);
+    for (std::size_t k = 0; k < w.count; ++k) {
+        const SolverWatch::Point& p = w.points[k];
+        const float gained = at.speed(gain, p.arm);
+        const float gap = at.gap(p.separation, p.arm);
+        const Meeting meeting = meeting_of(gap, at.speed(m, p.arm) - kept_ * gained, gained / h_);
         if (meeting.speed > bounce_speed(std::max(weight, -gained / h_))) {
             earliest = std::min(earliest, meeting.time);
         }
@@ -81,22 +73,17 @@ float ContactSolver::meeting_time(const SolverWatch& w) const {
 /// The same where bodies turn and slide on the way, which a straight line to the meeting leaves
 /// out: Newton's method from there.
 float ContactSolver::arrival(const SolverWatch& w, float time) const {
-    const ContactBatch& batch = batches_[w.batch];
     for (int i = 0; i < kTimeSteps && time < h_; ++i) {
-        const Single at(batch, w.lane, moving_, time);
+        const Approach at(w, moving_, time);
         const Motions m = motions_at(at, time);
         float wait = kNoImpact;
-        for (std::size_t k = 0; k < batch.count; ++k) {
-            const PointLanes& p = points_[batch.points + k];
-            if (p.mass[w.lane] == 0.0F) {
-                continue;
-            }
-            const Vec3 arm = p.arm.get(w.lane);
-            const float gap = at.gap(p.separation[w.lane], arm);
+        for (std::size_t k = 0; k < w.count; ++k) {
+            const SolverWatch::Point& p = w.points[k];
+            const float gap = at.gap(p.separation, p.arm);
             if (gap <= kMeets) {
                 return time;
             }
-            const float speed = -at.speed(m, arm);
+            const float speed = -at.speed(m, p.arm);
             wait = speed > 0.0F ? std::min(wait, gap / speed) : wait;
         }
         time += wait;
@@ -105,7 +92,7 @@ float ContactSolver::arrival(const SolverWatch& w, float time) const {
 }
 
 /// Velocities `time` into the substep.
-ContactSolver::Motions ContactSolver::motions_at(const Single& at, float time) const {
+ContactSolver::Motions ContactSolver::motions_at(const Approach& at, float time) const {
     const float ahead = kept_ - time / h_;
     const auto then = [&](std::uint32_t slot) {
         return moving_.motion[slot] - ahead * (moving_.motion[slot] - moving_.start(slot));
@@ -195,14 +182,13 @@ void ContactSolver::list_watches_of_slots() {
         for (std::uint32_t lane = 0; lane < kLanes && batches_[i].contact[lane] != kNoIndex;
              ++lane) {
             if ((batches_[i].watched >> lane & 1U) == 0) {
-                watches_.push_back({i, lane, 0.0F, kNoImpact});
+                watch(i, lane, 0.0F);
             }
         }
     }
     first_watch_.assign(moving_.size() + 1, 0);
     const auto each_slot = [this](const SolverWatch& w, auto&& visit) {
-        for (const std::uint32_t slot :
-             {batches_[w.batch].a[w.lane], batches_[w.batch].b[w.lane]}) {
+        for (const std::uint32_t slot : {w.a, w.b}) {
             if (moving_.moved_by_impulses(slot)) {
                 visit(slot);
             }

@@ -22,25 +22,26 @@ inline Row8 operator*(float s, const Row8& a) {
     return {s * a.at};
 }
 
-/// One lane of a batch as plain vectors, `time` into the substep: impacts are few and branch a lot.
-struct ContactSolver::Single {
+/// How two surfaces lie and move, `time` into the substep, as plain vectors: impacts are few and
+/// branch a lot.
+struct ContactSolver::Approach {
     std::uint32_t a, b;
-    Vec3 normal, tangent1, tangent2, shift_a, shift_b, turn_a, turn_b;
+    Vec3 normal, shift_a, shift_b, turn_a, turn_b;
     float closing;
 
-    Single(const ContactBatch& batch, std::size_t lane, const SolverBodies& bodies, float time)
-        : a(batch.a[lane]),
-          b(batch.b[lane]),
-          normal(batch.normal.get(lane)),
-          tangent1(batch.tangent.get(lane)),
-          tangent2(normal.cross(tangent1)) {
+    /// `from`: a watch, or a lane of a batch.
+    template <class From>
+    Approach(const From& from, const SolverBodies& bodies, float time)
+        : a(from.a),
+          b(from.b),
+          normal(from.normal) {
         const Row8 drift_a = bodies.drift[a] + time * bodies.motion[a];
         const Row8 drift_b = bodies.drift[b] + time * bodies.motion[b];
         const Vec3 offset =
-            batch.lead.get(lane) + SolverBodies::linear(drift_b) - SolverBodies::linear(drift_a);
+            from.lead + SolverBodies::linear(drift_b) - SolverBodies::linear(drift_a);
         closing = normal.dot(offset);
-        shift_a = batch.follow_b[lane] * offset;
-        shift_b = shift_a - offset - batch.between.get(lane);
+        shift_a = from.follow_b * offset;
+        shift_b = shift_a - offset - from.between;
         turn_a = SolverBodies::angular(drift_a);
         turn_b = SolverBodies::angular(drift_b);
     }
@@ -64,6 +65,30 @@ struct ContactSolver::Single {
         return separation + closing + (arm + shift_b).cross(normal).dot(turn_b) -
                (arm + shift_a).cross(normal).dot(turn_a);
     }
+};
+
+/// The same of one lane of a batch, with the directions of its friction.
+struct ContactSolver::Single : Approach {
+    struct FromBatch {
+        std::uint32_t a, b;
+        Vec3 normal, lead, between;
+        float follow_b;
+
+        FromBatch(const ContactBatch& batch, std::size_t lane)
+            : a(batch.a[lane]),
+              b(batch.b[lane]),
+              normal(batch.normal.get(lane)),
+              lead(batch.lead.get(lane)),
+              between(batch.between.get(lane)),
+              follow_b(batch.follow_b[lane]) {}
+    };
+
+    Vec3 tangent1, tangent2;
+
+    Single(const ContactBatch& batch, std::size_t lane, const SolverBodies& bodies, float time)
+        : Approach(FromBatch(batch, lane), bodies, time),
+          tangent1(batch.tangent.get(lane)),
+          tangent2(normal.cross(tangent1)) {}
 };
 
 /// The impulses of an impact at the points of a contact and at its patch, N s and N m s.

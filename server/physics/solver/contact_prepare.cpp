@@ -135,14 +135,31 @@ void ContactSolver::list_watches(const ContactGraph& graph) {
     for (std::size_t i = 0; i < batches_.size(); ++i) {
         for (std::uint32_t lane = 0; batches_[i].watched >> lane != 0; ++lane) {
             if ((batches_[i].watched >> lane & 1U) != 0) {
-                watches_.emplace_back();
-                watches_.back().batch = static_cast<std::uint32_t>(i);
-                watches_.back().lane = lane;
-                watches_.back().restitution = graph[batches_[i].contact[lane]].grip.restitution;
+                watch(i, lane, graph[batches_[i].contact[lane]].grip.restitution);
             }
         }
     }
     watched_ = watches_.size();
+}
+
+void ContactSolver::watch(std::size_t batch, std::uint32_t lane, float restitution) {
+    const ContactBatch& from = batches_[batch];
+    SolverWatch& w = watches_.emplace_back();
+    w.batch = static_cast<std::uint32_t>(batch);
+    w.lane = lane;
+    w.a = from.a[lane];
+    w.b = from.b[lane];
+    w.restitution = restitution;
+    w.follow_b = from.follow_b[lane];
+    w.normal = from.normal.get(lane);
+    w.between = from.between.get(lane);
+    w.lead = from.lead.get(lane);
+    for (std::size_t k = 0; k < from.count; ++k) {
+        const PointLanes& p = points_[from.points + k];
+        if (p.mass[lane] != 0.0F) {
+            w.points[w.count++] = {p.arm.get(lane), p.separation[lane]};
+        }
+    }
 }
 
 /// Gives each batch with a contact that resists turning its place in the table.

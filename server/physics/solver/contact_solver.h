@@ -11,7 +11,9 @@
 #include "server/physics/simd/lane_body.h"
 #include "server/physics/solver/contact_coloring.h"
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -21,6 +23,8 @@ namespace zoned::physics {
 /// Contacts are springs whose frequency is this share of the substep rate. More cannot be carried
 /// by one pass over the contacts: at a quarter, a pyramid of twenty rows trembles and walks.
 inline constexpr float kContactRateShare = 0.125F;
+/// The time of an impact that does not come, s.
+inline constexpr float kNoImpact = std::numeric_limits<float>::infinity();
 
 /// The solver follows Box2D 3's "soft step" (E. Catto, "Solver2D", 2024): each substep integrates
 /// velocities, applies the last impulses again, solves with contacts as stiff damped springs,
@@ -64,13 +68,24 @@ class ContactSolver {
                std::vector<std::uint32_t>& broken);
 
   private:
-    /// A contact that may see an impact.
+    /// A contact that may see an impact. Where it is comes along: an impact looks at many contacts,
+    /// one at a time, and in a batch each number of one lies in a cache line of its own.
     struct SolverWatch {
+        struct Point {
+            Vec3 arm;
+            float separation = 0.0F;
+        };
+
         std::uint32_t batch = 0;
         std::uint32_t lane = 0;
+        std::uint32_t a = 0, b = 0;
         float restitution = 0.0F;
-        float time = 0.0F;    ///< of the next impact, s from the substep's start
-        bool listed = false;  ///< among the meetings that are gathered now
+        float time = kNoImpact;  ///< of the next impact, s from the substep's start
+        bool listed = false;     ///< among the meetings that are gathered now
+        std::uint8_t count = 0;
+        float follow_b = 0.0F;
+        Vec3 normal, between, lead;
+        std::array<Point, kMaxManifoldPoints> points;
     };
 
     /// The contact spring of this step.
@@ -86,6 +101,7 @@ class ContactSolver {
     };
 
     struct Arms;
+    struct Approach;
     struct Single;
     struct Blow;
 
@@ -98,6 +114,7 @@ class ContactSolver {
     void lay_out(const ContactGraph& graph);
     void fill_batch(std::size_t index, const Bodies& bodies, const ContactGraph& graph);
     void list_watches(const ContactGraph& graph);
+    void watch(std::size_t batch, std::uint32_t lane, float restitution);
     void list_rolls(const ContactGraph& graph);
     /// Calls visit(batch) for all, those of a colour by all threads at a time.
     template <class Visit>
@@ -131,7 +148,7 @@ class ContactSolver {
     void watch_impacts();
     [[nodiscard]] float meeting_time(const SolverWatch& w) const;
     [[nodiscard]] float arrival(const SolverWatch& w, float time) const;
-    [[nodiscard]] Motions motions_at(const Single& at, float time) const;
+    [[nodiscard]] Motions motions_at(const Approach& at, float time) const;
     [[nodiscard]] float bounce_speed(float pull) const;
     void collide(const Bodies& bodies);
     void take_back_pushes();
