@@ -78,7 +78,7 @@ std::vector<Choice> choices_of(const PlannerWorld& world,
                                bool quick) {
     const double budget_m = planned.budgets.position_m;
     const std::vector<double> shares =
-        quick ? std::vector<double>{0.0625, 0.5}
+        quick ? std::vector<double>{0.25}
               : std::vector<double>{0.03125, 0.0625, 0.125, 0.25, 0.5, 0.75, 0.9};
     std::vector<double> rates_hz{planned.tick_rate_hz};
     for (const double rate : {10.0, 15.0, 20.0, 30.0, 60.0}) {
@@ -163,7 +163,7 @@ Row row_of(const std::string& world, const std::string& method, const Tried& tri
 /// time was measured. Median of the ratios of neighbouring runs: others' work slows both.
 double duel(const config::Settings& own, const config::Settings& best, double seconds, bool quick) {
     const double least_us = quick ? 6e4 : 3e5;
-    const std::size_t most_rounds = quick ? 15 : 41;
+    const std::size_t most_rounds = quick ? 5 : 41;
     std::vector<double> ratios;
     for (double spent_us = 0.0;
          ratios.size() < 3 || (spent_us < least_us && ratios.size() < most_rounds);) {
