@@ -23,7 +23,7 @@ inline GameClient* game_of(const zoned_client* client) {
     return client != nullptr ? client->game : nullptr;
 }
 
-/// What a function returns in place of its result.
+/// The result of a function that finds no game.
 inline int without_game(const zoned_client* client) {
     return client == nullptr ? ZONED_CLIENT_BAD_ARGUMENT : ZONED_CLIENT_FAILED;
 }

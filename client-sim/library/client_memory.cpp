@@ -51,7 +51,7 @@ void* ClientMemory::take_link(std::size_t size) noexcept {
     return link + 1;
 }
 
-/// What is left of a slab that is too short for this is not used any more.
+/// A slab whose rest is too short for this is not used any more.
 void* ClientMemory::cut(std::size_t size) noexcept {
     if (slab_left_ < size) {
         auto* const slab = static_cast<std::byte*>(take_link(kSlabBytes));

@@ -27,7 +27,7 @@ struct StreamEvents {
     std::function<void(std::string reason)> closed;
 };
 
-/// What the streams of a network share.
+/// Sockets and TLS settings that the streams of a network share.
 struct StreamWorld {
     Sockets& sockets;
     const TlsContext& tls;

@@ -75,7 +75,7 @@ BIO_METHOD* wire_method() {
     return method;
 }
 
-/// What OpenSSL calls its newest trouble.
+/// OpenSSL's name for its newest trouble.
 std::string reason_of(const SSL* ssl) {
     const unsigned long code = ERR_get_error();
     const char* const reason = ERR_reason_error_string(code);

@@ -14,7 +14,7 @@
 
 namespace zoned::link {
 
-/// What all sessions of a network share.
+/// Settings that all sessions of a network share.
 class TlsContext {
   public:
     /// `ca_file` empty: the system's authorities. They are read where `verify` holds.

@@ -126,19 +126,19 @@ class Rules {
         (void)timer;
     }
 
-    /// What has become of a player in a party, or of an order to RulesParties, since the last tick.
+    /// News since the last tick of a player in a party, or of an order to RulesParties.
     virtual void on_party(RulesContext& context, const PartyChange& change) {
         (void)context;
         (void)change;
     }
 
-    /// What has become of a match, of a player in one, or of an order to RulesMatches.
+    /// News of a match, of a player in one, or of an order to RulesMatches.
     virtual void on_match(RulesContext& context, const MatchChange& change) {
         (void)context;
         (void)change;
     }
 
-    /// What has become of an instance, of a player in one, or of an order to RulesInstances.
+    /// News of an instance, of a player in one, or of an order to RulesInstances.
     virtual void on_instance(RulesContext& context, const InstanceChange& change) {
         (void)context;
         (void)change;

@@ -390,8 +390,8 @@ class RulesContext {
     /// Groups of players (groups/rules_parties.h); null: the config has no `parties`.
     [[nodiscard]] virtual RulesParties* parties() const { return nullptr; }
 
-    /// Those who play for a result, and those who wait (groups/rules_matches.h); null: the config
-    /// has no `match`.
+    /// Players who play for a result or wait for it (groups/rules_matches.h); null: the config has
+    /// no `match`.
     [[nodiscard]] virtual RulesMatches* matches() const { return nullptr; }
 
     /// Copies of parts of the map (groups/rules_instances.h); null: the config has none.

@@ -12,6 +12,7 @@
 #include <sys/types.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdarg>
 #include <cstdio>
 #include <ctime>
@@ -128,11 +129,13 @@ constexpr const char* kEnvironment = "the environment";
 constexpr const char* kThread = "a thread";
 
 template <class Function>
-Function* next(Function*& found, const char* name) {
-    if (found == nullptr) {
-        found = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+Function* next(std::atomic<Function*>& found, const char* name) {
+    Function* function = found.load(std::memory_order_relaxed);
+    if (function == nullptr) {
+        function = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+        found.store(function, std::memory_order_relaxed);
     }
-    return found;
+    return function;
 }
 
 /// The mode of open(), which is there where the flags may create a file.
@@ -149,7 +152,7 @@ Function* next(Function*& found, const char* name) {
 #define ZONED_REPLACE(what, of, result, name, parameters, arguments) \
     result name parameters {                                         \
         using Function = result parameters;                          \
-        static Function* found = nullptr;                            \
+        static std::atomic<Function*> found = nullptr;               \
         note_call(what, #name, of);                                  \
         return next<Function>(found, #name) arguments;               \
     }
@@ -157,7 +160,7 @@ Function* next(Function*& found, const char* name) {
 #define ZONED_REPLACE_OPEN(name)                                \
     int name(const char* path, int flags, ...) {                \
         using Function = int(const char*, int, ...);            \
-        static Function* found = nullptr;                       \
+        static std::atomic<Function*> found = nullptr;          \
         ZONED_MODE_OF(flags)                                    \
         note_call(kFile, #name, path);                          \
         return next<Function>(found, #name)(path, flags, mode); \
@@ -166,7 +169,7 @@ Function* next(Function*& found, const char* name) {
 #define ZONED_REPLACE_OPENAT(name)                                      \
     int name(int folder, const char* path, int flags, ...) {            \
         using Function = int(int, const char*, int, ...);               \
-        static Function* found = nullptr;                               \
+        static std::atomic<Function*> found = nullptr;                  \
         ZONED_MODE_OF(flags)                                            \
         note_call(kFile, #name, path);                                  \
         return next<Function>(found, #name)(folder, path, flags, mode); \
@@ -223,7 +226,7 @@ ZONED_REPLACE(
 /// std::random_device::_M_getval(): it asks the processor, which no function of libc sees.
 unsigned _ZNSt13random_device9_M_getvalEv(void* device) {
     using Function = unsigned(void*);
-    static Function* found = nullptr;
+    static std::atomic<Function*> found = nullptr;
     note_call(kRandom, "std::random_device");
     return next<Function>(found, "_ZNSt13random_device9_M_getvalEv")(device);
 }

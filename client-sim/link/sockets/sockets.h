@@ -20,7 +20,7 @@ enum class StreamState : std::uint8_t {
 /// No call waits. Not thread-safe.
 class Sockets {
   public:
-    /// What send() and receive() return in place of a size.
+    /// Results of send() and receive() in place of a size.
     static constexpr std::ptrdiff_t kEnded = -1;   ///< the other side has ended the stream in order
     static constexpr std::ptrdiff_t kFailed = -2;  ///< trouble() says why
 

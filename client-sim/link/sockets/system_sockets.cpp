@@ -157,7 +157,7 @@ bool SystemSockets::is_ready(int number) const {
     return stream.readable || stream.state == StreamState::kLost;
 }
 
-/// What a call on the socket says; a flag is down until the system raises it again. Runs within
+/// The result of a call on the socket; a flag is down until the system raises it again. Runs within
 /// OpenSSL, so it must not take memory.
 std::ptrdiff_t SystemSockets::outcome(SystemStream& stream, std::ptrdiff_t done, bool& flag) {
     if (done >= 0) {

@@ -89,7 +89,7 @@ class Network {
 
     [[nodiscard]] const session::HostStats& sessions() const { return host_.stats(); }
 
-    /// What was refused, by reason: of sessions, and of connections before they are one.
+    /// Refusals by reason: of sessions, and of connections before they are one.
     [[nodiscard]] std::map<std::string, std::uint64_t> rejected() const;
 
     [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }

@@ -97,7 +97,7 @@ inline constexpr std::string_view kMatchRefusalNames[] = {"none",
                                                           "no_match",
                                                           "too_many"};
 
-/// Those of a player are told in its zone, the others in the zone of the match.
+/// A player's own are told in its zone, the others in the zone of the match.
 enum class MatchEvent : std::uint8_t {
     kRefused,   ///< an order of the player
     kQueued,    ///< the player waits

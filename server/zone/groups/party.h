@@ -52,7 +52,7 @@ struct Party {
     PartyId id;
     std::vector<PartyMember> members;  ///< the leader, then the others as they came; never empty
     std::uint32_t invited = 0;         ///< open invitations
-    /// What its members share, ascending by key.
+    /// Shared by its members, ascending by key.
     std::vector<std::pair<std::string, std::vector<std::uint8_t>>> values;
 
     [[nodiscard]] EntityId leader() const { return members.front().player.avatar; }
@@ -69,7 +69,7 @@ enum class PartyAct : std::uint8_t {
     kSetValue,
 };
 
-/// What the rules of a zone ask for. The world carries out the orders of a tick zone by zone.
+/// A wish of the rules of a zone. The world carries out the orders of a tick zone by zone.
 struct PartyOrder {
     PartyAct act = PartyAct::kInvite;
     ZoneId zone;     ///< whose rules they are
@@ -110,7 +110,7 @@ inline constexpr std::string_view kPartyRefusalNames[] = {"none",
                                                           "declined",
                                                           "too_many"};
 
-/// What has become of a player in a party, or of an order.
+/// News of a player in a party, or of an order.
 enum class PartyEvent : std::uint8_t {
     kRefused,   ///< an order of the player
     kInvited,   ///< by `other`

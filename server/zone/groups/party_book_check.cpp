@@ -1,4 +1,4 @@
-// What follows from a saved book of parties, and whether it is sound.
+// Checks a saved book of parties, and derives the rest from it.
 #include "server/zone/groups/party_book.h"
 
 #include <algorithm>

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <random>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace zoned::harness {
@@ -77,6 +78,10 @@ TEST_F(UndeclaredSideEffects, NameARandomNumber) {
     expect_named(found([] { (void)std::random_device()(); }),
                  "std::random_device, a random number");
     expect_named(found([] { (void)std::rand(); }), "rand, a random number");
+}
+
+TEST_F(UndeclaredSideEffects, NameAThread) {
+    expect_named(found([] { std::thread([] {}).join(); }), "pthread_create, a thread");
 }
 
 TEST_F(UndeclaredSideEffects, NameASocketAndTheEnvironment) {

@@ -206,6 +206,22 @@ TEST_F(Matches, BeginWithThoseWhoWaitAndEndWithTheirTime) {
     EXPECT_THAT(arena.told(), ElementsAre("queued 2", "called 3 team 0", "called 2 team 1"));
 }
 
+TEST_F(Matches, DifferInTheirDigestByAResultAlone) {
+    std::set<std::uint64_t> digests;
+    for (const std::uint8_t result : {7, 8}) {
+        Arena one;
+        for (const std::uint32_t player : {1U, 2U}) {
+            one.come(player);
+            one.queue(player, "duel");
+        }
+        one.tick(2);
+        one.end(1, {result});
+        one.tick();
+        digests.insert(one.book.digest());
+    }
+    EXPECT_EQ(digests.size(), 2U);
+}
+
 TEST_F(Matches, EndByRulesWithAResult) {
     arena.queue(1, "duel");
     arena.queue(2, "duel");
@@ -254,7 +270,7 @@ TEST_F(Matches, WaitForMoreAndThenBeginWithFewer) {
     EXPECT_TRUE(arena.book.matches().empty());
     arena.tick();
     EXPECT_EQ(arena.book.matches().size(), 1u);
-    // Those who come later fill its places.
+    // Later ones fill its places.
     arena.tick(3);
     arena.queue(5, "brawl");
     arena.tick();

@@ -418,7 +418,7 @@ PartyOrder random_order(core::Rng& rng, std::uint32_t players) {
     return order;
 }
 
-/// What a book must be, by its readers alone.
+/// A book is whole, by its readers alone.
 void expect_whole(const Players& players) {
     std::set<EntityId> seen;
     for (const Party& party : players.book.parties()) {

@@ -168,7 +168,7 @@ class FakeContext : public zone::RulesContext {
         parties_.open(*book);
     }
 
-    /// What the rules have asked of parties since the last time, for their next call of on_party.
+    /// Carries out the orders of the rules; the changes are for their next call of on_party.
     std::vector<zone::PartyChange> carry_out_party_orders() {
         book->begin(++now_);
         for (const zone::PartyOrder& order : std::exchange(party_orders, {})) {

@@ -1,0 +1,10 @@
+# package.sh makes the game's package; the package zoned brings the libraries, the user and the state folder.
+install(FILES world.txtpb DESTINATION share/@GAME@)
+string(REPLACE "_" "-" CPACK_DEBIAN_PACKAGE_NAME @GAME@)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS zoned)
+set(CPACK_PACKAGE_CONTACT "the authors of @GAME@ <nobody@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "@GAME@, a game on zoned")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+include(CPack)
