@@ -33,7 +33,7 @@ if(ZONED_WEB_CLIENT)
   list(LENGTH WEB_SOURCES COUNT)
   set(BATCH 16)
   math(EXPR LAST "(${COUNT} - 1) / ${BATCH}")
-  set(WASM_OPTIONS --target=wasm32-wasi -std=c++20 -O2 -DNDEBUG -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden
+  set(WASM_OPTIONS --target=wasm32-wasi -std=c++20 -O2 -DNDEBUG -fno-exceptions -fno-rtti -ffp-contract=off -DEIGEN_DONT_VECTORIZE -fvisibility=hidden
     -ffunction-sections -fdata-sections -Wall -Wextra -Werror -isystem ${EIGEN3_INCLUDE_DIRS} -I ${PROJECT_SOURCE_DIR})
   foreach(NUMBER RANGE ${LAST})
     math(EXPR FIRST "${NUMBER} * ${BATCH}")
@@ -64,6 +64,7 @@ if(ZONED_WEB_CLIENT)
         ${PROJECT_SOURCE_DIR}/tests/web/module/motion_bits_module.cpp ${WEB_OBJECTS} -o ${WEB_BITS}
         -Wl,--export=bits_count -Wl,--export=bits_numbers -Wl,--gc-sections -Wl,--strip-all
       DEPENDS ${WEB_OBJECTS} ${PROJECT_SOURCE_DIR}/tests/web/motion_bits.cpp ${PROJECT_SOURCE_DIR}/tests/web/motion_bits.h
+        ${PROJECT_SOURCE_DIR}/tests/scenario/elementary_bits.h
         ${PROJECT_SOURCE_DIR}/tests/web/module/motion_bits_module.cpp)
     add_custom_target(web_bits DEPENDS ${WEB_BITS})
   endif()

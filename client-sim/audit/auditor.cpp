@@ -1,6 +1,7 @@
 #include "client-sim/audit/auditor.h"
 
 #include "client-sim/audit/bound.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
@@ -393,7 +394,7 @@ double Auditor::promised_bound(const Context& context,
         return now;
     }
     const Vec3d apart = store.predicted(*version, then).position - *here;
-    const std::size_t level = lod_at(*context.world, std::hypot(apart.x(), apart.z()));
+    const std::size_t level = lod_at(*context.world, elementary::hypot(apart.x(), apart.z()));
     const view::Lod& lod = context.world->lods[level];
     const double past =
         static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m) *

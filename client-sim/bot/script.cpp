@@ -2,6 +2,7 @@
 
 #include "client-sim/view/aim.h"
 #include "proto/sandbox.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ constexpr std::uint16_t kSprint = motion::kButtonSprint;
 
 std::uint16_t yaw_towards(float x, float z) {
     // Yaw 0 looks along +z and turns about +y: yaw = atan2(x, z).
-    const float turn = std::atan2(x, z) / (2.0F * std::numbers::pi_v<float>);
+    const float turn = elementary::atan2(x, z) / (2.0F * std::numbers::pi_v<float>);
     return static_cast<std::uint16_t>(static_cast<std::int32_t>(std::lround(turn * 65536.0F)));
 }
 
@@ -65,7 +66,7 @@ bool changes_course(const motion::InputCommand& before, const motion::InputComma
 
 motion::InputCommand walk_towards(double x, double z) {
     motion::InputCommand command;
-    const double length = std::hypot(x, z);
+    const double length = elementary::hypot(x, z);
     if (length > 0.0) {
         const double scale = static_cast<double>(kFullSpeed) / length;
         command.move_x = static_cast<std::int8_t>(std::lround(x * scale));
@@ -131,8 +132,8 @@ motion::InputCommand ScriptRunner::decide(const view::View& view,
 void ScriptRunner::pick_direction(Tick tick) {
     const float angle = rng_.range(0.0F, 2.0F * std::numbers::pi_v<float>);
     const bool stand = rng_.below(10) == 0;
-    const float x = std::sin(angle);
-    const float z = std::cos(angle);
+    const float x = elementary::sin(angle);
+    const float z = elementary::cos(angle);
     wish_.move_x = static_cast<std::int8_t>(stand ? 0.0F : x * kFullSpeed);
     wish_.move_z = static_cast<std::int8_t>(stand ? 0.0F : z * kFullSpeed);
     wish_.yaw = yaw_towards(x, z);
@@ -166,9 +167,9 @@ void ScriptRunner::walk_to(const Vec3d& from, double x, double z, bool sprint) {
     }
     // Sixteen directions: a straight walk does not change its command every tick.
     const float step = std::numbers::pi_v<float> / 8.0F;
-    const float angle = std::round(std::atan2(dx, dz) / step) * step;
-    wish_.move_x = static_cast<std::int8_t>(std::lround(std::sin(angle) * kFullSpeed));
-    wish_.move_z = static_cast<std::int8_t>(std::lround(std::cos(angle) * kFullSpeed));
+    const float angle = std::round(elementary::atan2(dx, dz) / step) * step;
+    wish_.move_x = static_cast<std::int8_t>(std::lround(elementary::sin(angle) * kFullSpeed));
+    wish_.move_z = static_cast<std::int8_t>(std::lround(elementary::cos(angle) * kFullSpeed));
     wish_.yaw = yaw_towards(dx, dz);
     wish_.buttons = sprint ? kSprint : std::uint16_t{0};
 }
@@ -179,7 +180,7 @@ void ScriptRunner::crowd(const view::View& view) {
     const double x = zone.lower_x + 0.55 * (zone.upper_x - zone.lower_x);
     const double z = zone.lower_z + 0.55 * (zone.upper_z - zone.lower_z);
     const Vec3d here = view.own().position();
-    if (std::hypot(x - here.x(), z - here.z()) < 3.0) {
+    if (elementary::hypot(x - here.x(), z - here.z()) < 3.0) {
         // There: shuffle on the spot.
         if (view.own().newest_tick() >= next_turn_) {
             pick_direction(view.own().newest_tick());

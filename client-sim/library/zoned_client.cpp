@@ -3,6 +3,7 @@
 
 #include "client-sim/library/border.h"
 #include "client-sim/library/sized_struct.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/core/hex.h"
 
 #include <cmath>
@@ -132,7 +133,7 @@ std::int64_t units_of(float angle, double turn) {
 GameInput read_input(const zoned_client_input& from) {
     constexpr float kFull = 127.0F;
     constexpr std::int64_t kMostPitch = 16384;
-    const float scale = kFull / std::max(1.0F, std::hypot(from.move_x, from.move_z));
+    const float scale = kFull / std::max(1.0F, elementary::hypot(from.move_x, from.move_z));
     GameInput out;
     out.move_x = static_cast<std::int8_t>(std::lround(from.move_x * scale));
     out.move_z = static_cast<std::int8_t>(std::lround(from.move_z * scale));

@@ -2,6 +2,7 @@
 // structs, and rows of entities as the viewer draws them.
 #include "client-sim/library/border.h"
 #include "client-sim/web/web_verdict.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <array>
@@ -318,8 +319,10 @@ ZONED_WEB_EXPORT std::size_t web_rows(const zoned_client* client,
         for (std::size_t k = 0; k < 3; ++k) {
             row.position[k] = static_cast<float>(own.position[k]);
         }
-        row.orientation = {
-            0, part_of(std::sin(0.5F * own.yaw)), 0, part_of(std::cos(0.5F * own.yaw))};
+        row.orientation = {0,
+                           part_of(zoned::elementary::sin(0.5F * own.yaw)),
+                           0,
+                           part_of(zoned::elementary::cos(0.5F * own.yaw))};
         row.type = static_cast<std::uint16_t>(own_type);
         row.id = own.id;
         row.flags = kAvatar;

@@ -2,6 +2,7 @@
 
 #include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/scene/stability_warnings.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -180,7 +181,8 @@ FieldSurvey survey(const physics::Heightfield& field) {
             }
         }
     }
-    out.steepest_deg = std::atan(std::sqrt(steepest)) * 180.0F / std::numbers::pi_v<float>;
+    out.steepest_deg =
+        elementary::atan2(std::sqrt(steepest), 1.0F) * 180.0F / std::numbers::pi_v<float>;
     return out;
 }
 

@@ -10,7 +10,11 @@ class Spin {
     void wait() {
         if (turns_ < kAwakeTurns) {
             ++turns_;
+#if defined(__x86_64__)
             __builtin_ia32_pause();
+#elif defined(__aarch64__)
+            __asm__ volatile("yield");
+#endif
         } else {
             std::this_thread::yield();
         }

@@ -5,12 +5,11 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace zoned::interest {
 
 namespace {
-
-using spatial::Array8;
 
 // Runs are read as a whole: cells may be narrow where lines are few.
 constexpr double kWidths = 4.0;
@@ -27,14 +26,14 @@ constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 void IncrementalGrid::choose_cells(const GridPoints& points, float cell_m) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::size_t size = points.x.size();
-    Array8 low_x = Array8::Constant(kInfinity), high_x = -low_x, low_z = low_x, high_z = -low_x;
-    Array8 low_r = low_x, high_r = Array8::Zero();
+    Array8 low_x = kInfinity, high_x = -low_x, low_z = low_x, high_z = -low_x;
+    Array8 low_r = low_x, high_r = 0.0F;
     std::size_t i = 0;
     for (; i + kLanes <= size; i += kLanes) {
-        const Array8 x = Eigen::Map<const Array8>(points.x.data() + i);
-        const Array8 z = Eigen::Map<const Array8>(points.z.data() + i);
-        const Array8 radius = Eigen::Map<const Array8>(points.radius_m.data() + i);
-        const auto there = (radius > 0.0F).eval();
+        const Array8 x = Array8::load(points.x.data() + i);
+        const Array8 z = Array8::load(points.z.data() + i);
+        const Array8 radius = Array8::load(points.radius_m.data() + i);
+        const auto there = radius > 0.0F;
         low_x = there.select(low_x.min(x), low_x);
         high_x = there.select(high_x.max(x), high_x);
         low_z = there.select(low_z.min(z), low_z);
@@ -42,12 +41,12 @@ void IncrementalGrid::choose_cells(const GridPoints& points, float cell_m) {
         low_r = there.select(low_r.min(radius), low_r);
         high_r = high_r.max(radius);
     }
-    min_x_ = low_x.minCoeff();
-    max_x_ = high_x.maxCoeff();
-    min_z_ = low_z.minCoeff();
-    max_z_ = high_z.maxCoeff();
-    smallest_radius_ = low_r.minCoeff();
-    largest_radius_ = high_r.maxCoeff();
+    min_x_ = low_x.lowest();
+    max_x_ = high_x.highest();
+    min_z_ = low_z.lowest();
+    max_z_ = high_z.highest();
+    smallest_radius_ = low_r.lowest();
+    largest_radius_ = high_r.highest();
     for (; i < size; ++i) {
         if (points.radius_m[i] > 0.0F) {
             min_x_ = std::min(min_x_, points.x[i]);
@@ -85,20 +84,18 @@ void IncrementalGrid::count_points(const GridPoints& points) {
     cell_of_.resize(size);
     std::size_t i = 0;
     for (; i + kLanes <= size; i += kLanes) {
-        using Int8 = Eigen::Array<std::int32_t, 8, 1>;
-        const Array8 radius = Eigen::Map<const Array8>(points.radius_m.data() + i);
+        using Int8 = Array8::Integers;
+        const Array8 radius = Array8::load(points.radius_m.data() + i);
         // An entity that is no point may be nowhere, which no cell has a number for.
-        const Array8 x =
-            (radius > 0.0F).select(Eigen::Map<const Array8>(points.x.data() + i), min_x_);
-        const Array8 z =
-            (radius > 0.0F).select(Eigen::Map<const Array8>(points.z.data() + i), min_z_);
+        const Array8 x = (radius > 0.0F).select(Array8::load(points.x.data() + i), min_x_);
+        const Array8 z = (radius > 0.0F).select(Array8::load(points.z.data() + i), min_z_);
         // Nothing lies outside here, so that only roundings need the clamp at the upper end.
-        const Int8 cx = ((x - min_x_) * per_m_x_).min(last_column_).cast<std::int32_t>();
-        const Int8 cz = ((z - min_z_) * per_m_z_).min(last_line_).cast<std::int32_t>();
+        const Int8 cx = ((x - min_x_) * per_m_x_).min(last_column_).truncated();
+        const Int8 cz = ((z - min_z_) * per_m_z_).min(last_line_).truncated();
         const Int8 at = cz * static_cast<std::int32_t>(columns_) + cx;
-        const Int8 none = Int8::Constant(static_cast<std::int32_t>(cells));
-        Eigen::Map<Int8>(reinterpret_cast<std::int32_t*>(cell_of_.data() + i)) =
-            (radius > 0.0F).select(at, none);
+        const Int8 none = Int8{} + static_cast<std::int32_t>(cells);
+        const Int8 cells_of = (radius > 0.0F).select(at, none);
+        std::memcpy(cell_of_.data() + i, &cells_of, sizeof(cells_of));
     }
     for (; i < size; ++i) {
         cell_of_[i] = points.radius_m[i] > 0.0F ? cell(points.x[i], points.z[i])
@@ -294,18 +291,17 @@ std::size_t IncrementalGrid::gather_within(float x,
     const float reach_z = reach + 1e-6F * std::abs(z);
     const std::uint32_t own_slot = slot_of_[own];
     const float widest = radius_m * widen;
-    const Array8 flat = Array8::Constant(widest * widest);
+    const Array8 flat = widest * widest;
     std::size_t found = 0;
     const auto take_run = [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t b = begin; b < end; ++b) {
-            const Array8 dx = Eigen::Map<const Array8>(blocks_[b].x.data()) - x;
-            const Array8 dz = Eigen::Map<const Array8>(blocks_[b].z.data()) - z;
+            const Array8 dx = Array8::load(blocks_[b].x.data()) - x;
+            const Array8 dz = Array8::load(blocks_[b].z.data()) - z;
             std::uint32_t mask = 0;
             if constexpr (kFlat) {
                 mask = spatial::lanes_at_most(dx * dx + dz * dz, flat);
             } else {
-                const Array8 r =
-                    Eigen::Map<const Array8>(&radius_[b * kLanes]).min(radius_m) * widen;
+                const Array8 r = Array8::load(&radius_[b * kLanes]).min(radius_m) * widen;
                 mask = spatial::lanes_at_most(dx * dx + dz * dz, r * r);
             }
             const std::uint32_t off = own_slot - b * kLanes;

@@ -231,12 +231,12 @@ class IncrementalGrid {
 
     template <bool kFlat, class Test>
     [[gnu::always_inline]] std::uint32_t choose(std::uint32_t b, const Test& test) const {
-        const Eigen::Map<const spatial::Array8> x(blocks_[b].x.data());
-        const Eigen::Map<const spatial::Array8> z(blocks_[b].z.data());
+        const Array8 x = Array8::load(blocks_[b].x.data());
+        const Array8 z = Array8::load(blocks_[b].z.data());
         if constexpr (kFlat) {
             return test.flat(x, z);
         } else {
-            return test(x, z, Eigen::Map<const spatial::Array8>(&radius_[b * kLanes]));
+            return test(x, z, Array8::load(&radius_[b * kLanes]));
         }
     }
 

@@ -1,6 +1,7 @@
 #include "server/interest/interest_rule.h"
 
 #include "shared/core/assert.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,11 +18,12 @@ ViewCone view_cone(const world::Cone& cone, std::uint16_t yaw, float hysteresis)
     const double turn = static_cast<std::int16_t>(yaw) * (kPi / 32768.0);
     const auto half = static_cast<double>(cone.half_angle_rad);
     out.length_m = cone.length_m;
-    out.ahead_x = static_cast<float>(std::sin(turn));
-    out.ahead_z = static_cast<float>(std::cos(turn));
-    out.cosine = static_cast<float>(std::cos(std::min(kPi, half)));
-    out.cosine_known =
-        static_cast<float>(std::cos(std::min(kPi, half * (1.0 + static_cast<double>(hysteresis)))));
+    const auto [sine, cosine] = elementary::sincos(turn);
+    out.ahead_x = static_cast<float>(sine);
+    out.ahead_z = static_cast<float>(cosine);
+    out.cosine = static_cast<float>(elementary::cos(std::min(kPi, half)));
+    out.cosine_known = static_cast<float>(
+        elementary::cos(std::min(kPi, half * (1.0 + static_cast<double>(hysteresis)))));
     return out;
 }
 

@@ -45,8 +45,6 @@ struct ThresholdCrossings {
     float widen = 1.1F;  ///< 1 + hysteresis
     const LodThresholds* lods = nullptr;
 
-    using Array8 = spatial::Array8;
-
     [[gnu::always_inline]] std::uint32_t operator()(const Array8& xs,
                                                     const Array8& zs,
                                                     const Array8& radii) const {
@@ -55,7 +53,7 @@ struct ThresholdCrossings {
 
     /// Where no other radius is smaller than both of `radius_m` and `old_radius_m`.
     [[gnu::always_inline]] std::uint32_t flat(const Array8& xs, const Array8& zs) const {
-        return crossed(xs, zs, Array8::Constant(radius_m), Array8::Constant(old_radius_m));
+        return crossed(xs, zs, radius_m, old_radius_m);
     }
 
   private:
@@ -81,8 +79,8 @@ struct ThresholdCrossings {
             crossed |= lanes_at_most(now, wide * wide);
         }
         for (std::size_t k = 0; k < lods->count; ++k) {
-            const Array8 nearer = Array8::Constant(lods->nearer[k]);
-            const Array8 farther = Array8::Constant(lods->farther[k]);
+            const Array8 nearer = lods->nearer[k];
+            const Array8 farther = lods->farther[k];
             crossed |= (lanes_at_most(now, nearer) & ~lanes_at_most(before, nearer)) |
                        (lanes_at_most(before, farther) & ~lanes_at_most(now, farther));
         }
@@ -120,8 +118,6 @@ struct MutualCrossings {
     const float* old_xs = nullptr;  ///< eight
     const float* old_zs = nullptr;
 
-    using Array8 = spatial::Array8;
-
     [[gnu::always_inline]] std::uint32_t operator()(const Array8& xs,
                                                     const Array8& zs,
                                                     const Array8& radii) const {
@@ -130,7 +126,7 @@ struct MutualCrossings {
 
     /// Where no other radius is smaller than `radius_m`.
     [[gnu::always_inline]] std::uint32_t flat(const Array8& xs, const Array8& zs) const {
-        return crossed(xs, zs, Array8::Constant(radius_m));
+        return crossed(xs, zs, radius_m);
     }
 
   private:
@@ -139,15 +135,14 @@ struct MutualCrossings {
                                                  const Array8& r) const {
         const Array8 dx = xs - x;
         const Array8 dz = zs - z;
-        const Array8 old_dx = Eigen::Map<const Array8>(old_xs) - old_x;
-        const Array8 old_dz = Eigen::Map<const Array8>(old_zs) - old_z;
+        const Array8 old_dx = Array8::load(old_xs) - old_x;
+        const Array8 old_dz = Array8::load(old_zs) - old_z;
         const Array8 now = dx * dx + dz * dz;
         const Array8 before = old_dx * old_dx + old_dz * old_dz;
         const Array8 wide = r * widen;
         std::uint32_t mask = came(now, before, r * r) | came(before, now, wide * wide);
         for (std::size_t k = 0; k < lods->count; ++k) {
-            mask |= came(now, before, Array8::Constant(lods->nearer[k])) |
-                    came(before, now, Array8::Constant(lods->farther[k]));
+            mask |= came(now, before, lods->nearer[k]) | came(before, now, lods->farther[k]);
         }
         return mask;
     }
@@ -165,8 +160,6 @@ struct MutualCrossings {
 /// all. Some named pairs did not cross: a tick ago they were on the same side.
 class NearThresholds {
   public:
-    using Array8 = spatial::Array8;
-
     /// The point is at (x, z), hears up to `radius_m`; `reach_m`, m, is at least what it and any
     /// other moved together.
     NearThresholds(float x,
@@ -194,13 +187,13 @@ class NearThresholds {
         const Array8 now = squared(xs, zs);
         const Array8 r = radii.min(radius_m_);
         const Array8 wide = r * widen_;
-        const Array8 slack = Array8::Constant(slack_[1]);
+        const Array8 slack = slack_[1];
         const Array8 off = ((now - r * r).abs() - slack).min((now - wide * wide).abs() - slack);
-        return spatial::lanes_at_most(off.min(nearest_from(2, now)), Array8::Zero());
+        return spatial::lanes_at_most(off.min(nearest_from(2, now)), 0.0F);
     }
 
     [[gnu::always_inline]] std::uint32_t flat(const Array8& xs, const Array8& zs) const {
-        return spatial::lanes_at_most(nearest_from(0, squared(xs, zs)), Array8::Zero());
+        return spatial::lanes_at_most(nearest_from(0, squared(xs, zs)), 0.0F);
     }
 
   private:
@@ -219,7 +212,7 @@ class NearThresholds {
     }
 
     [[gnu::always_inline]] Array8 nearest_from(std::size_t first, const Array8& now) const {
-        Array8 nearest = Array8::Constant(1.0F);
+        Array8 nearest = 1.0F;
         if (first == 0) {
             nearest = (now - square_[0]).abs() - slack_[0];
             nearest = nearest.min((now - square_[1]).abs() - slack_[1]);

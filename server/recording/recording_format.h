@@ -15,7 +15,7 @@ namespace zoned::recording {
 
 /// Version of the simulation. Raise it with every change after which the same input gives other
 /// hashes.
-inline constexpr std::uint32_t kSimulationGeneration = 27;
+inline constexpr std::uint32_t kSimulationGeneration = 28;
 /// Version of the file format, part of the file's first eight bytes.
 inline constexpr std::uint32_t kRecordingFormat = 3;
 
@@ -23,7 +23,7 @@ inline constexpr std::uint32_t kRecordingFormat = 3;
 struct RecordingHeader {
     std::uint32_t generation = kSimulationGeneration;
     std::string program;   ///< version of the program, for messages
-    std::string target;    ///< processor target of the build
+    std::string target;    ///< processor target of the build, for information
     std::string compiler;  ///< for information
     std::string config_text;
     std::string config_digest;

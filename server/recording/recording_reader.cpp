@@ -323,11 +323,6 @@ Result<bool> RecordingReader::check_build() const {
             own.program + " with generation " + std::to_string(own.generation) +
             "; replay it with a build of its own time");
     }
-    if (from.target != own.target) {
-        return Result<bool>::failure(
-            "the recording '" + impl_->name + "' was made by a build for target '" + from.target +
-            "', this one is for '" + own.target + "'; build with -DZONED_TARGET=" + from.target);
-    }
     return true;
 }
 

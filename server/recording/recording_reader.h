@@ -27,7 +27,7 @@ class RecordingReader {
     /// The world's state before the first tick; none: it was not kept, or the first is tick 1.
     [[nodiscard]] const std::optional<RecordedState>& state() const;
     /// Fails with both versions named where hashes of this build need not agree with the recorded
-    /// ones: the simulation's generation or the processor target differ.
+    /// ones: the simulation's generation differs. Processors and compilers agree.
     [[nodiscard]] core::Result<bool> check_build() const;
     /// Goes on to the first tick that is not before `tick`, by the heads of frames alone. True:
     /// there is one. It does not go back.

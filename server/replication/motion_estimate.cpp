@@ -1,5 +1,7 @@
 #include "server/replication/motion_estimate.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -71,7 +73,7 @@ void MotionEstimate::find_turn(const EstimateSettings& settings) {
     }
     const Vec3 across = earlier.cross(later);
     const float sine = across.norm();
-    const float angle = std::atan2(sine, earlier.dot(later));
+    const float angle = elementary::atan2(sine, earlier.dot(later));
     if (!(angle > kLeastTurn && angle < kLargestTurn)) {
         return;
     }
@@ -80,8 +82,9 @@ void MotionEstimate::find_turn(const EstimateSettings& settings) {
     turn_ = axis * (angle / window_s);
     const float half = 0.5F * angle;
     // From the middle of the later window to its end, about an axis that `later` is across.
-    acceleration_ = (later * std::cos(half) + axis.cross(later) * std::sin(half)) *
-                    (half / std::sin(half) / window_s);
+    const auto [half_sine, half_cosine] = elementary::sincos(half);
+    acceleration_ =
+        (later * half_cosine + axis.cross(later) * half_sine) * (half / half_sine / window_s);
 }
 
 }  // namespace zoned::replication

@@ -1,5 +1,7 @@
 #include "server/session/overload_control.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +32,7 @@ void OverloadControl::measured(double load,
         moved_s_ = now_s;
     }
     const double weight =
-        measured_s_ < 0.0 ? 1.0 : 1.0 - std::exp((measured_s_ - now_s) / kMemory_s);
+        measured_s_ < 0.0 ? 1.0 : 1.0 - elementary::exp((measured_s_ - now_s) / kMemory_s);
     measured_s_ = now_s;
     load_ += weight * (load - load_);
     sessions_ += weight * (static_cast<double>(sessions) - sessions_);

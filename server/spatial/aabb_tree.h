@@ -206,8 +206,7 @@ float AabbTree::nearest(const Vec3& point, float limit, Visit&& visit) const {
         }
         const AabbTreeNode& node = nodes_[next.child];
         const Array8 squared = node.boxes.squared_distance(point);
-        const std::uint32_t mask =
-            lanes_at_most(squared, Array8::Constant(limit * limit)) & node.valid();
+        const std::uint32_t mask = lanes_at_most(squared, limit * limit) & node.valid();
         const std::size_t end = push_ranked(mask, squared, node.child, stack.data(), top);
         if (node.level != 0) {
             top = end;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shared/math/aabb.h"
+#include "shared/math/array8.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,6 @@
 namespace zoned::spatial {
 
 inline constexpr std::size_t kLanes = 8;
-using Array8 = Eigen::Array<float, 8, 1>;
 
 /// A box that moves along `direction` (unit length) from where it lies about `origin`; half extents
 /// of zero make it a ray.
@@ -43,8 +43,8 @@ inline float squared_distance(const Aabb& box, const Vec3& point) {
     return off.squaredNorm();
 }
 
-/// Bit i is set where a[i] <= b[i]; a lane that is not a number is never set. Eigen has no such
-/// function, and the loop in its place costs twice the whole test of a node.
+/// Bit i is set where a[i] <= b[i]; a lane that is not a number is never set. The loop
+/// in its place costs twice the whole test of a node.
 inline std::uint32_t lanes_at_most(const Array8& a, const Array8& b) {
 #if defined(__AVX__)
     return static_cast<std::uint32_t>(_mm256_movemask_ps(
@@ -139,8 +139,8 @@ struct BoxLanes {
 
     /// The box around all that the lanes hold.
     [[nodiscard]] Aabb bounds() const {
-        return {Vec3(sides[0].minCoeff(), sides[1].minCoeff(), sides[2].minCoeff()),
-                Vec3(sides[3].maxCoeff(), sides[4].maxCoeff(), sides[5].maxCoeff())};
+        return {Vec3(sides[0].lowest(), sides[1].lowest(), sides[2].lowest()),
+                Vec3(sides[3].highest(), sides[4].highest(), sides[5].highest())};
     }
 
     /// Bit i is set where box i and `box` have a point in common.
@@ -150,7 +150,7 @@ struct BoxLanes {
                                  .max(box.lower.x() - sides[3])
                                  .max((sides[1] - box.upper.y()).max(box.lower.y() - sides[4]))
                                  .max((sides[2] - box.upper.z()).max(box.lower.z() - sides[5]));
-        return lanes_at_most(apart, Array8::Zero());
+        return lanes_at_most(apart, 0.0F);
     }
 
     /// Bit i is set where the sweep meets box i within `limit`; `enter` says from which distance

@@ -60,8 +60,8 @@ BoxLanes Octree::loose_children(const OctreeNode& node) const {
     BoxLanes boxes;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (settings_.flat && axis == 1) {
-            boxes.sides[1].setConstant(-BoxLanes::kFar);
-            boxes.sides[4].setConstant(BoxLanes::kFar);
+            boxes.sides[1] = -BoxLanes::kFar;
+            boxes.sides[4] = BoxLanes::kFar;
             continue;
         }
         // A little more than twice the cell: middles and sides are rounded.

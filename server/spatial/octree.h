@@ -234,8 +234,7 @@ float Octree::nearest(const Vec3& point, float limit, Visit&& visit) const {
         }
         if (node.children != 0) {
             const Array8 squared = loose_children(node).squared_distance(point);
-            const std::uint32_t mask =
-                lanes_at_most(squared, Array8::Constant(limit * limit)) & node.children;
+            const std::uint32_t mask = lanes_at_most(squared, limit * limit) & node.children;
             top = push_ranked(mask, squared, node.child, stack.data(), top);
         }
     }

@@ -1,5 +1,7 @@
 #include "shared/clock/input_lead.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,8 +29,8 @@ constexpr double kNegligibleLoss = 0.002;
 /// median, and s ln(1 / (n p)) more are needed for p; other tails are thinner.
 double beyond_longest(std::size_t n) {
     const auto count = static_cast<double>(n);
-    const double wanted = std::log(1.0 / (kAim * InputLead::kMissingTarget * count));
-    return std::clamp(wanted / std::log(count), 0.0, 1.0);
+    const double wanted = elementary::log(1.0 / (kAim * InputLead::kMissingTarget * count));
+    return std::clamp(wanted / elementary::log(count), 0.0, 1.0);
 }
 
 }  // namespace

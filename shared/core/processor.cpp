@@ -2,13 +2,16 @@
 // everywhere to say that the rest cannot.
 #include "shared/core/processor.h"
 
+#if defined(__x86_64__)
 #include <cpuid.h>
 #include <unistd.h>
 
 #include <cstring>
+#endif
 
 namespace zoned::core {
 
+#if defined(__x86_64__)
 namespace {
 
 constexpr char kTargetName[] = ZONED_TARGET_NAME;
@@ -54,6 +57,7 @@ __attribute__((constructor(101))) void check_processor() {
 }
 
 }  // namespace
+#endif
 
 void require_processor() {
     // The work was done by check_processor(); calling this links it in.

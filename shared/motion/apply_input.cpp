@@ -1,5 +1,6 @@
 #include "shared/motion/apply_input.h"
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/aabb.h"
 #include "shared/motion/capsule_sweep.h"
 
@@ -367,7 +368,8 @@ bool moved_by_door(const Vec3& position,
 Quat orientation_from_yaw(std::uint16_t yaw) {
     // As a signed turn, so that the real part is never negative: one sign for each orientation.
     const double half = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 65536.0);
-    return {static_cast<float>(std::cos(half)), 0.0F, static_cast<float>(std::sin(half)), 0.0F};
+    const auto [sine, cosine] = elementary::sincos(half);
+    return {static_cast<float>(cosine), 0.0F, static_cast<float>(sine), 0.0F};
 }
 
 }  // namespace zoned::motion

@@ -1,5 +1,7 @@
 #include "shared/motion/convergence.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -66,7 +68,7 @@ void Convergence::begin(const KinematicState& shown,
     }
     const float sine = turn.vec().norm();
     axis_ = sine > 0.0F ? Vec3(turn.vec() / sine) : Vec3(Vec3::Zero());
-    angle_ = sine > 0.0F ? 2.0F * std::atan2(sine, turn.w()) : 0.0F;
+    angle_ = sine > 0.0F ? 2.0F * elementary::atan2(sine, turn.w()) : 0.0F;
 }
 
 KinematicState Convergence::display(ConvergenceMethod method,
@@ -82,8 +84,9 @@ KinematicState Convergence::display(ConvergenceMethod method,
     display.velocity += jump_ * left.position_rate + velocity_jump_ * left.velocity_rate;
     if (angle_ > 0.0F) {
         const float half = 0.5F * angle_ * left.position;
-        const Vec3 part = axis_ * std::sin(half);
-        const Quat remaining(std::cos(half), part.x(), part.y(), part.z());
+        const auto [sine, cosine] = elementary::sincos(half);
+        const Vec3 part = axis_ * sine;
+        const Quat remaining(cosine, part.x(), part.y(), part.z());
         display.orientation = remaining * predicted.orientation;
         display.angular_velocity =
             remaining * predicted.angular_velocity + axis_ * (angle_ * left.position_rate);

@@ -1,5 +1,6 @@
 #include "shared/motion/dead_reckoning.h"
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/motion/turn_integrals.h"
 
 #include <algorithm>
@@ -46,8 +47,9 @@ Quat turned_by(const Vec3& rate, float t, const Quat& orientation) {
     }
     // q(t) = exp(w t / 2) q(0) for a constant w in world axes.
     const float half_angle = 0.5F * speed * t;
-    const float s = std::sin(half_angle) / speed;
-    return Quat(std::cos(half_angle), rate.x() * s, rate.y() * s, rate.z() * s) * orientation;
+    const auto [sine, cosine] = elementary::sincos(half_angle);
+    const float s = sine / speed;
+    return Quat(cosine, rate.x() * s, rate.y() * s, rate.z() * s) * orientation;
 }
 
 }  // namespace
@@ -143,7 +145,7 @@ float angle_between(const Quat& a, const Quat& b) {
     const Eigen::Vector4f sum = a.coeffs() + b.coeffs();
     const float d = difference.norm();
     const float s = sum.norm();
-    const float angle = 4.0F * std::atan2(std::min(d, s), std::max(d, s));
+    const float angle = 4.0F * elementary::atan2(std::min(d, s), std::max(d, s));
     return std::min(angle, std::numbers::pi_v<float>);
 }
 

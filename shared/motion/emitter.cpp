@@ -1,5 +1,6 @@
 #include "shared/motion/emitter.h"
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/core/rng.h"
 #include "shared/math/perpendicular.h"
 
@@ -99,30 +100,6 @@ Birth birth_of(const Emitter& e, std::uint64_t index) {
     return birth;
 }
 
-double one_minus_exp(double x) {
-    if (!(x < 700.0)) {
-        return 1.0;
-    }
-    // expm1(-y) by its series for y < 1/16, where the ninth term is below 1e-16 of the first; then
-    // doubled: 1 - e^-2y = (1 - e^-y) (2 - (1 - e^-y)).
-    int doublings = 0;
-    double y = x;
-    while (y >= 0.0625) {
-        y *= 0.5;
-        ++doublings;
-    }
-    double term = y;
-    double sum = y;
-    for (int n = 2; n < 10; ++n) {
-        term *= -y / n;
-        sum += term;
-    }
-    for (int i = 0; i < doublings; ++i) {
-        sum *= 2.0 - sum;
-    }
-    return sum;
-}
-
 void replay(const CosmeticEmitter& cosmetic,
             Tick tick,
             double tick_s,
@@ -146,7 +123,7 @@ void replay(const CosmeticEmitter& cosmetic,
         const Vec3d v0 = birth.velocity.cast<double>();
         // x = x0 + (wind + g / k) t + (v0 - wind - g / k) (1 - e^-kt) / k, in terms that stay
         // finite where k vanishes: a = (1 - e^-kt) / k, b = (t - a) / k.
-        const double gone = k > 1e-6 ? one_minus_exp(k * t) : k * t;
+        const double gone = k > 1e-6 ? -elementary::expm1(-k * t) : k * t;
         const double a = k > 1e-6 ? gone / k : t;
         const double b = k > 1e-6 ? (t - a) / k : 0.5 * t * t;
         CosmeticParticle spark;

@@ -75,8 +75,4 @@ void replay(const CosmeticEmitter& cosmetic,
             double tick_s,
             std::vector<CosmeticParticle>& out);
 
-/// (1 - exp(-x)) for x >= 0, the same bits on all computers: no call of a math library. Relative
-/// error below 1e-12.
-double one_minus_exp(double x);
-
 }  // namespace zoned::motion

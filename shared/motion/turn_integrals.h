@@ -2,6 +2,8 @@
 // Body-axes dead reckoning and turning accelerations use them.
 #pragma once
 
+#include "shared/core/elementary/elementary.h"
+
 #include <cmath>
 
 namespace zoned::motion {
@@ -44,8 +46,7 @@ inline TurnIntegrals turn_integrals(double theta) {
         i.arc = tails[2];
         i.sagitta = tails[3];
     } else {
-        const double sine = std::sin(theta);
-        const double cosine = std::cos(theta);
+        const auto [sine, cosine] = elementary::sincos(theta);
         const double square = theta * theta;
         i.sine = sine / theta;
         i.versine = (1.0 - cosine) / square;

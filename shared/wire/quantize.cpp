@@ -1,5 +1,7 @@
 #include "shared/wire/quantize.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -48,8 +50,8 @@ bool is_zero(const std::array<std::int32_t, 3>& v) {
 
 /// The turn about y that is nearest to an orientation is its twist (the w and y parts).
 std::int32_t quantize_yaw(const Quat& orientation, std::int32_t steps) {
-    const double half_angle =
-        std::atan2(static_cast<double>(orientation.y()), static_cast<double>(orientation.w()));
+    const double half_angle = elementary::atan2(static_cast<double>(orientation.y()),
+                                                static_cast<double>(orientation.w()));
     if (std::isnan(half_angle)) {
         return 0;
     }
@@ -61,10 +63,8 @@ Quat dequantize_yaw(std::int32_t yaw, std::int32_t steps) {
     // A turn of more than half is replaced by the shorter one, so that w is never negative.
     const std::int32_t short_path = yaw >= steps / 2 ? yaw - steps : yaw;
     const double half_angle = std::numbers::pi * short_path / steps;
-    return {static_cast<float>(std::cos(half_angle)),
-            0.0F,
-            static_cast<float>(std::sin(half_angle)),
-            0.0F};
+    const auto [sine, cosine] = elementary::sincos(half_angle);
+    return {static_cast<float>(cosine), 0.0F, static_cast<float>(sine), 0.0F};
 }
 
 // ---------------------------------------------------------------- smallest three

@@ -148,10 +148,9 @@ class AllPairs {
         const float r = kRadius * widen;
         rows_.clear();
         for (std::size_t i = 0; i + spatial::kLanes <= x_.size(); i += spatial::kLanes) {
-            const auto dx = spatial::Array8(Eigen::Map<const spatial::Array8>(&x_[i]) - x_[own]);
-            const auto dz = spatial::Array8(Eigen::Map<const spatial::Array8>(&z_[i]) - z_[own]);
-            std::uint32_t mask =
-                spatial::lanes_at_most(dx * dx + dz * dz, spatial::Array8::Constant(r * r));
+            const Array8 dx = Array8::load(&x_[i]) - x_[own];
+            const Array8 dz = Array8::load(&z_[i]) - z_[own];
+            std::uint32_t mask = spatial::lanes_at_most(dx * dx + dz * dz, r * r);
             for (; mask != 0; mask &= mask - 1) {
                 const auto row =
                     static_cast<world::Row>(i + static_cast<std::size_t>(std::countr_zero(mask)));

@@ -1,5 +1,6 @@
 #include "tests/web/motion_bits.h"
 
+#include "tests/scenario/elementary_bits.h"
 #include "shared/core/rng.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/convergence.h"
@@ -28,7 +29,7 @@ Vec3 random_vector(core::Rng& rng, float size) {
     return size * Vec3(2.0F * x - 1.0F, 2.0F * y - 1.0F, 2.0F * z - 1.0F);
 }
 
-/// Of unit length, by sums in one order: Eigen's depends on the build.
+/// Of unit length.
 Quat random_turn(core::Rng& rng) {
     const Vec3 v = random_vector(rng, 1.0F);
     const float length = std::sqrt(1.0F + v.x() * v.x() + v.y() * v.y() + v.z() * v.z());
@@ -190,6 +191,51 @@ std::vector<float> orientations(core::Rng& rng) {
     return out;
 }
 
+std::vector<float> blended_turns(core::Rng& rng) {
+    std::vector<float> out;
+    for (int i = 0; i < kTicks; ++i) {
+        const KinematicState shown = random_motion(rng);
+        const KinematicState predicted = random_motion(rng);
+        Convergence convergence;
+        convergence.begin(shown, predicted, 0.2F);
+        const KinematicState state =
+            convergence.display(ConvergenceMethod::kHermite, predicted, 0.2F * rng.unit());
+        const Quat& q = state.orientation;
+        out.insert(out.end(), {q.w(), q.x(), q.y(), q.z()});
+        put(out, state.angular_velocity);
+        out.push_back(angle_between(shown.orientation, predicted.orientation));
+    }
+    return out;
+}
+
+/// Turns about y as whole numbers and back.
+std::vector<float> upright(core::Rng& rng) {
+    std::vector<float> out;
+    const wire::Quantization q;
+    for (int i = 0; i < kTicks; ++i) {
+        const wire::QuantizedState steps =
+            wire::quantize(random_motion(rng), PredictorOrder::kLinear, true, false, 0, q);
+        out.push_back(static_cast<float>(steps.orientation[0]));
+        const Quat turn = wire::dequantize(steps, true, q).orientation;
+        out.insert(out.end(), {turn.w(), turn.y()});
+        const Quat yaw = orientation_from_yaw(static_cast<std::uint16_t>(rng.next()));
+        out.insert(out.end(), {yaw.w(), yaw.y()});
+    }
+    return out;
+}
+
+/// Each hash in pieces that a float holds.
+std::vector<float> elementary_hashes() {
+    std::vector<float> out;
+    for (const scenario::ElementarySubject& subject : scenario::kElementarySubjects) {
+        const std::uint64_t bits = scenario::elementary_bits(subject);
+        for (int piece = 0; piece < 4; ++piece) {
+            out.push_back(static_cast<float>(bits >> (16 * piece) & 0xffffU));
+        }
+    }
+    return out;
+}
+
 }  // namespace
 
 std::vector<float> numbers_of(std::size_t subject) {
@@ -223,8 +269,14 @@ std::vector<float> numbers_of(std::size_t subject) {
             return quantised(rng);
         case 13:
             return positions(PredictorOrder::kTurning, rng);
-        default:
+        case 14:
             return orientations(rng);
+        case 15:
+            return blended_turns(rng);
+        case 16:
+            return upright(rng);
+        default:
+            return elementary_hashes();
     }
 }
 

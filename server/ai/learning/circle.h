@@ -1,6 +1,7 @@
 // Circle: sine, cosine and headings with the same bits on every machine.
 #pragma once
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/types.h"
 
 #include <array>
@@ -50,7 +51,7 @@ inline Vec2 heading_of(std::uint16_t yaw) {
 /// The yaw of a direction in (x, z) that is not 0. The arc tangent is the C library's.
 inline std::uint16_t yaw_of(const Vec2& direction) {
     const float turns =
-        std::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
+        elementary::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
     return static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
 }
 

@@ -4,6 +4,7 @@
 #include "server/ai/agent/ai_settings.h"
 #include "server/ai/agent/whereabouts.h"
 #include "server/physics/query/query.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <array>
@@ -126,7 +127,8 @@ class Looking {
         const bool on_segment = timetable_of(self) != nullptr;
         const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
         const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
-        ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
+        const auto [sine, cosine] = elementary::sincos(turn);
+        ahead_ = Vec2(static_cast<float>(sine), static_cast<float>(cosine));
     }
 
     Percept run() {

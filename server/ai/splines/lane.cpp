@@ -1,5 +1,7 @@
 #include "server/ai/splines/lane.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -75,7 +77,7 @@ void Lane::survey(double spacing_m) {
                 at(station_m_ * (static_cast<double>(i) + static_cast<double>(k) / double{kLooks}));
             most = std::max(most, std::abs(p.curvature));
             const double cross = before.ahead.x() * p.ahead.y() - before.ahead.y() * p.ahead.x();
-            turn += std::abs(std::atan2(cross, before.ahead.dot(p.ahead)));
+            turn += std::abs(elementary::atan2(cross, before.ahead.dot(p.ahead)));
             before = p;
         }
         curved_.push_back(static_cast<float>(most));

@@ -61,12 +61,11 @@ Vec2 away(const Vec2& to_neighbour, float distance, float separation, bool older
     return to_neighbour * (-(separation - distance) / (separation * distance));
 }
 
-using spatial::Array8;
-
 /// As fixed(), eight at a time, but still floats: whole numbers, exact up to kExact.
 Array8 fixed_lanes(const Array8& values) {
     const Array8 scaled = values * kFixedPoint;
-    return (scaled.max(0.0F) + 0.5F).floor() - ((-scaled).max(0.0F) + 0.5F).floor();
+    return Array8::from((scaled.max(0.0F) + 0.5F).truncated()) -
+           Array8::from(((-scaled).max(0.0F) + 0.5F).truncated());
 }
 
 /// One in the lanes whose bits are set, else zero, for each set of bits.
@@ -85,8 +84,8 @@ const std::array<Array8, 256>& lanes_of_bits() {
 
 /// A sum of vectors, lane by lane, as long as it is exact.
 struct SumOfLanes {
-    Array8 x = Array8::Zero();
-    Array8 z = Array8::Zero();
+    Array8 x = 0.0F;
+    Array8 z = 0.0F;
 
     void add(const Array8& add_x, const Array8& add_z) {
         x += fixed_lanes(add_x);
@@ -161,7 +160,7 @@ void FlockSum::add_run(const Columns& animals,
     const auto batches = static_cast<std::size_t>(kExact / (8.0F * largest));
     const float separation = kSeparationShare * radius_m_;
     const auto square = [](float length, float widen) {
-        return Array8::Constant(length * length * widen).eval();
+        return Array8(length * length * widen);
     };
     // Squares and roots are rounded. An animal at the edge is checked by its exact distance, as
     // add() does. Roots of eight at a time would be approximate.
@@ -173,10 +172,10 @@ void FlockSum::add_run(const Columns& animals,
         SumOfLanes together;
         for (std::size_t k = 0; k < std::max<std::size_t>(batches, 1) && begin < end;
              ++k, begin += spatial::kLanes) {
-            const Array8 vx = Eigen::Map<const Array8>(animals.velocity_x + begin);
-            const Array8 vz = Eigen::Map<const Array8>(animals.velocity_z + begin);
-            const Array8 dx = Eigen::Map<const Array8>(animals.x + begin) + vx * time_s - here.x();
-            const Array8 dz = Eigen::Map<const Array8>(animals.z + begin) + vz * time_s - here.y();
+            const Array8 vx = Array8::load(animals.velocity_x + begin);
+            const Array8 vz = Array8::load(animals.velocity_z + begin);
+            const Array8 dx = Array8::load(animals.x + begin) + vx * time_s - here.x();
+            const Array8 dz = Array8::load(animals.z + begin) + vz * time_s - here.y();
             const Array8 d2 = dx * dx + dz * dz;
             const std::uint32_t there =
                 (0xFFU >> (spatial::kLanes - std::min(end - begin, spatial::kLanes))) &

@@ -1,6 +1,7 @@
 #include "server/app/planner/world_probe.h"
 
 #include "server/app/runtime/tick_loop.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
@@ -138,8 +139,8 @@ void WorldProbe::make_inputs() {
         motion::InputCommand& walk = walks_[b];
         if ((next + static_cast<Tick>(b)) % second == 0 || walk.tick == 0) {
             const float heading = rng_.range(0.0F, 6.2831853F);
-            walk.move_x = static_cast<std::int8_t>(std::lround(127.0F * std::sin(heading)));
-            walk.move_z = static_cast<std::int8_t>(std::lround(127.0F * std::cos(heading)));
+            walk.move_x = static_cast<std::int8_t>(std::lround(127.0F * elementary::sin(heading)));
+            walk.move_z = static_cast<std::int8_t>(std::lround(127.0F * elementary::cos(heading)));
             walk.yaw = static_cast<std::uint16_t>(std::lround(heading * 65535.0F / 6.2831853F));
         }
         walk.tick = next;
@@ -256,7 +257,7 @@ double WorldProbe::sag_m() const {
         }
         const Vec3d moved = at - before->second.first;
         const double sank = std::abs(moved.y());
-        if (std::hypot(moved.x(), moved.z()) < kSlid_m && sank < fallen &&
+        if (elementary::hypot(moved.x(), moved.z()) < kSlid_m && sank < fallen &&
             motion::angle_between(turn, before->second.second) < kTurned_rad) {
             most = std::max(most, sank);
         }

@@ -17,13 +17,12 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'z', 'o', 'n', 'e', 'd', 's', 'n', 'p'};
 /// Version of the layout. Raise it with every change after which older bytes would be read wrongly.
-constexpr std::uint32_t kSnapshotFormat = 5;
+constexpr std::uint32_t kSnapshotFormat = 6;
 
 struct SnapshotHead {
     std::array<char, 8> magic = kMagic;
     std::uint32_t format = kSnapshotFormat;
     std::uint32_t generation = recording::kSimulationGeneration;
-    std::string target;
     std::uint64_t config = 0;
 };
 
@@ -42,9 +41,6 @@ std::string unfit(const SnapshotHead& head, const SnapshotHead& own) {
     if (head.generation != own.generation) {
         return "the snapshot is of generation " + std::to_string(head.generation) +
                " of the simulation, this build of " + std::to_string(own.generation);
-    }
-    if (head.target != own.target) {
-        return "the snapshot is of target " + head.target + ", this build of " + own.target;
     }
     if (head.config != own.config) {
         return "the snapshot is of another config";
@@ -119,9 +115,8 @@ std::string World::save(std::vector<std::uint8_t>& out,
     }
     core::FieldWriter archive(out);
     SnapshotHead head;
-    head.target = recording::RecordingHeader::of_this_build().target;
     head.config = config_hash_;
-    archive(head.magic, head.format, head.generation, head.target, head.config);
+    archive(head.magic, head.format, head.generation, head.config);
     std::uint64_t checksum = 0;
     archive(checksum);
     const std::size_t body = out.size();
@@ -143,11 +138,10 @@ std::string World::load(std::span<const std::uint8_t> bytes) {
     }
     core::FieldReader archive(bytes);
     SnapshotHead own;
-    own.target = recording::RecordingHeader::of_this_build().target;
     own.config = config_hash_;
     SnapshotHead head;
     std::uint64_t checksum = 0;
-    archive(head.magic, head.format, head.generation, head.target, head.config, checksum);
+    archive(head.magic, head.format, head.generation, head.config, checksum);
     if (!archive.good()) {
         return "the head: " + archive.wrong();
     }

@@ -11,6 +11,7 @@
 #include "server/config/types/type_shapes.h"
 #include "server/config/world/pathfinding_config.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,7 +70,8 @@ motion::CharacterLimits expand_character(const proto::config::Config& config,
     out.acceleration = narrow(character.acceleration_mps2());
     out.air_acceleration = narrow(character.air_acceleration_mps2());
     out.jump_speed = narrow(character.jump_speed_mps());
-    out.max_slope_cos = narrow(std::cos(character.max_slope_deg() * std::numbers::pi / 180.0));
+    out.max_slope_cos =
+        narrow(elementary::cos(character.max_slope_deg() * std::numbers::pi / 180.0));
     out.step_down = narrow(character.step_down_m());
     out.step_up = narrow(character.step_up_m());
     out.gravity = narrow(config.physics().gravity_mps2());

@@ -28,7 +28,8 @@ double Pile::load_mps2() const {
 
 double contact_give_m(double load_mps2, double substep_s) {
     const double rate = 2.0 * std::numbers::pi * static_cast<double>(physics::kContactRateShare);
-    return load_mps2 * std::pow(substep_s / rate, 2.0);
+    const double share_s = substep_s / rate;
+    return load_mps2 * share_s * share_s;
 }
 
 int substeps_for(double budget_m, double load_mps2, double tick_s) {

@@ -2,6 +2,7 @@
 // numbers that follow from others where a config does not set them.
 #pragma once
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/types.h"
 
 #include <algorithm>
@@ -17,9 +18,14 @@ inline float narrow(double value) {
     return static_cast<float>(value);
 }
 
-/// A turn by `degrees` about a unit vector.
+/// A turn about a unit vector.
+inline Eigen::Quaterniond turn_rad(double angle_rad, const Vec3d& axis) {
+    const auto [sine, cosine] = elementary::sincos(0.5 * angle_rad);
+    return {cosine, sine * axis.x(), sine * axis.y(), sine * axis.z()};
+}
+
 inline Eigen::Quaterniond turn(double degrees, const Vec3d& axis) {
-    return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kRadians, axis));
+    return turn_rad(degrees * kRadians, axis);
 }
 
 /// By yaw about y, then pitch about its own x, then roll about its own z, degrees.

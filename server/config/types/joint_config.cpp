@@ -3,6 +3,7 @@
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -124,7 +125,7 @@ class JointReader {
 
     void check_cone(double cone_deg) {
         const double cosine = static_cast<double>(def().axis.dot(def().cone_axis));
-        const double out_deg = std::acos(std::clamp(cosine, -1.0, 1.0)) / kRadians;
+        const double out_deg = elementary::acos(std::clamp(cosine, -1.0, 1.0)) / kRadians;
         if (out_deg > cone_deg + 0.01) {
             diagnostics_.add(
                 path_ + ".ball.cone_axis",

@@ -2,6 +2,7 @@
 
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,8 +71,9 @@ ai::Perception expand_perception(const Config& config, const proto::config::Brai
     out.ward_players = from.ward_players();
     out.succession = from.succession();
     // All round is exactly that, whatever the cosine is rounded to.
-    out.cos_half_angle =
-        from.half_angle_deg() >= 180.0 ? -1.0F : narrow(std::cos(from.half_angle_deg() * kRadians));
+    out.cos_half_angle = from.half_angle_deg() >= 180.0
+                             ? -1.0F
+                             : narrow(elementary::cos(from.half_angle_deg() * kRadians));
     out.around_m = narrow(from.around_m());
     out.line_of_sight = from.line_of_sight();
     out.eyes_m = narrow(from.eyes_m());

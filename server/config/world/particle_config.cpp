@@ -4,6 +4,7 @@
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -203,13 +204,15 @@ void check_burst(const proto::config::Burst& burst,
 }
 
 float cosine_of(double degrees) {
-    return narrow(std::cos(degrees * std::numbers::pi / 180.0));
+    return narrow(elementary::cos(degrees * std::numbers::pi / 180.0));
 }
 
 Vec3 axis_of(const proto::config::Emitter& e) {
     const double yaw = e.yaw_deg() * std::numbers::pi / 180.0;
     const double pitch = e.pitch_deg() * std::numbers::pi / 180.0;
-    return Vec3d(std::cos(pitch) * std::sin(yaw), std::sin(pitch), std::cos(pitch) * std::cos(yaw))
+    return Vec3d(elementary::cos(pitch) * elementary::sin(yaw),
+                 elementary::sin(pitch),
+                 elementary::cos(pitch) * elementary::cos(yaw))
         .cast<float>();
 }
 

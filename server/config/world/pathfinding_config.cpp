@@ -7,6 +7,7 @@
 #include "server/config/text/read_text.h"
 #include "server/zone/zone_settings.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -152,7 +153,7 @@ ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
     const double ticks = from.look_s() * config.world().tick_rate_hz();
     out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
     // After remember_s a count is worth 1 / e of what it was.
-    out.remember = narrow(std::exp(-from.look_s() / from.remember_s()));
+    out.remember = narrow(elementary::exp(-from.look_s() / from.remember_s()));
     out.jam_per_m2 = narrow(from.jam_per_m2());
     out.least_speed = narrow(from.least_speed());
     out.gain = narrow(from.gain());

@@ -1,9 +1,11 @@
 #include "server/config/world/scatter.h"
 
 #include "server/config/text/check_name.h"
+#include "server/config/text/config_numbers.h"
 #include "server/physics/shapes/compound/bounds.h"
 #include "server/zone/simulation/type_body.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -37,7 +39,7 @@ struct Pose {
 
 Pose pose_in(const Aabb& standing) {
     const Vec3 reach = standing.lower.cwiseAbs().cwiseMax(standing.upper.cwiseAbs());
-    return {std::hypot(reach.x(), reach.z()),
+    return {elementary::hypot(reach.x(), reach.z()),
             standing.upper.y() - standing.lower.y(),
             -standing.lower.y(),
             false};
@@ -62,7 +64,7 @@ Pose pose_of(const world::EntityType& type) {
         case world::TypeShape::kBox:
             break;
     }
-    return {std::hypot(type.half_extents.x(), type.half_extents.z()),
+    return {elementary::hypot(type.half_extents.x(), type.half_extents.z()),
             2.0F * type.half_extents.y(),
             type.half_extents.y(),
             false};
@@ -77,12 +79,12 @@ InitialEntity make_entity(TypeIndex index,
     entity.type = index;
     entity.position = position;
     const double angle = yaw * (2.0 * std::numbers::pi / 65536.0);
-    Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+    Eigen::Quaterniond turned = turn_rad(angle, Vec3d::UnitY());
     if (type.shape == world::TypeShape::kSolid || type.is_root()) {
         turned = turned * type.stands.cast<double>();
     }
     if (pose.lying) {
-        turned = turned * Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3d::UnitZ());
+        turned = turned * turn_rad(0.5 * std::numbers::pi, Vec3d::UnitZ());
     }
     entity.orientation = Quat(turned.cast<float>()).normalized();
     entity.yaw = type.upright() ? yaw : std::uint16_t{0};
@@ -291,7 +293,7 @@ class Placer {
         const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
         const float r = pose.radius;
         const double slope = entry.max_slope_deg() * std::numbers::pi / 180.0;
-        const float rise = slope > 0.0 ? r * static_cast<float>(std::tan(slope)) : 0.0F;
+        const float rise = slope > 0.0 ? r * static_cast<float>(elementary::tan(slope)) : 0.0F;
         if (region.max_x - region.min_x < 2.0F * r || region.max_z - region.min_z < 2.0F * r) {
             return false;
         }

@@ -2,6 +2,7 @@
 
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <cmath>
 #include <cstdio>
@@ -38,7 +39,7 @@ StaticBox make_box(const Vec3d& centre,
 void add_hill(const proto::config::Hill& hill, double ground, std::vector<StaticBox>& out) {
     const double h = hill.terrace_height_m();
     const double slope = hill.ramp_slope_deg() * kRadians;
-    const double run = h / std::tan(slope);
+    const double run = h / elementary::tan(slope);
     const Quatd turned = turn(hill.yaw_deg(), Vec3d::UnitY());
     const Vec3d centre(hill.x_m(), ground, hill.z_m());
     for (std::uint32_t i = 0; i < hill.terraces(); ++i) {
@@ -56,10 +57,11 @@ void add_hill(const proto::config::Hill& hill, double ground, std::vector<Static
             const Quatd facing = turned * turn(kSides[side], Vec3d::UnitY());
             // The top face runs from (edge, top) down to (edge + run, top - h); the box hangs below
             // it by half its thickness along the face's normal (sin, cos).
-            const double length = run / std::cos(slope);
-            const Vec3d middle(0.5 * size + 0.5 * run - 0.5 * kRampThickness_m * std::sin(slope),
-                               top - 0.5 * h - 0.5 * kRampThickness_m * std::cos(slope),
-                               0.0);
+            const double length = run / elementary::cos(slope);
+            const Vec3d middle(
+                0.5 * size + 0.5 * run - 0.5 * kRampThickness_m * elementary::sin(slope),
+                top - 0.5 * h - 0.5 * kRampThickness_m * elementary::cos(slope),
+                0.0);
             out.push_back(make_box(centre + facing * middle,
                                    Vec3d(length, kRampThickness_m, hill.ramp_width_m()),
                                    facing * turn(-hill.ramp_slope_deg(), Vec3d::UnitZ()),
@@ -72,7 +74,7 @@ void add_hill(const proto::config::Hill& hill, double ground, std::vector<Static
 void check_hill(const proto::config::Hill& hill,
                 const std::string& path,
                 Diagnostics& diagnostics) {
-    const double run = hill.terrace_height_m() / std::tan(hill.ramp_slope_deg() * kRadians);
+    const double run = hill.terrace_height_m() / elementary::tan(hill.ramp_slope_deg() * kRadians);
     if (hill.terraces() > 1 && run + kRampFoot_m > hill.terrace_depth_m()) {
         char text[200];
         std::snprintf(text,
@@ -105,7 +107,7 @@ void add_wall(const proto::config::Wall& wall, double ground, std::vector<Static
             std::max(1.0, std::ceil((length + wall.gap_m()) / (wall.segment_m() + wall.gap_m()))));
         const double piece = (length - wall.gap_m() * (pieces - 1)) / pieces;
         // The local x axis points along the wall: a turn about +y takes x to (cos, 0, -sin).
-        const Quatd facing(Eigen::AngleAxisd(std::atan2(-along.z(), along.x()), Vec3d::UnitY()));
+        const Quatd facing = turn_rad(elementary::atan2(-along.z(), along.x()), Vec3d::UnitY());
         for (int i = 0; i < pieces && piece > 0.01; ++i) {
             const double middle = i * (piece + wall.gap_m()) + 0.5 * piece;
             out.push_back(make_box(from + along * middle + Vec3d(0.0, 0.5 * wall.height_m(), 0.0),

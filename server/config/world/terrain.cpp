@@ -1,5 +1,7 @@
 #include "server/config/world/terrain.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -63,7 +65,7 @@ bool surface_clear(const Aabb& area, const motion::PlacedSurface& placed) {
     if (placed.surface().behind(local)) {
         return false;
     }
-    const float around = std::hypot(half.x(), half.z());
+    const float around = elementary::hypot(half.x(), half.z());
     const Vec3 reach(around, half.y(), around);
     bool free = true;
     placed.surface().for_each_near({local - reach, local + reach}, [&](const FacedTriangle& t) {

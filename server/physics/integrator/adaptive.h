@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/integrator/acceleration.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <array>
@@ -78,8 +79,9 @@ class Adaptive : public NoMemory {
             } else {
                 // Not finite: a tenth, as good a guess as any.
                 const bool finite = std::isfinite(error);
-                piece = length * (finite ? std::max(Real(0.2), kSafe / std::pow(error, kExponent))
-                                         : Real(0.1));
+                piece = length *
+                        (finite ? std::max(Real(0.2), kSafe / elementary::pow(error, kExponent))
+                                : Real(0.1));
                 next_ = piece;
                 after_refusal = true;
                 ++report.refused;
@@ -103,7 +105,8 @@ class Adaptive : public NoMemory {
         if (error <= 0) {
             return most;
         }
-        const Real wanted = kSafe * std::pow(before_, kBeta) / std::pow(error, kExponent);
+        const Real wanted =
+            kSafe * elementary::pow(before_, kBeta) / elementary::pow(error, kExponent);
         return std::clamp(wanted, Real(0.2), most);
     }
 

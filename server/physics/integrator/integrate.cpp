@@ -1,5 +1,7 @@
 #include "server/physics/integrator/integrate.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 
 namespace zoned::physics {
@@ -29,8 +31,9 @@ struct Spinner {
             s = half * (1 + x * (-1.0 / 6 + x * (1.0 / 120 + x * (-1.0 / 5040 + x / 362880))));
             c = 1 + x * (-0.5 + x * (1.0 / 24 + x * (-1.0 / 720 + x / 40320)));
         } else {
-            s = std::sin(half);
-            c = std::cos(half);
+            const elementary::SineCosine both = elementary::sincos(half);
+            s = both.sine;
+            c = both.cosine;
         }
         const int j = (i + 1) % 3;
         const int k = (i + 2) % 3;

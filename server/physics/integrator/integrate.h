@@ -1,6 +1,7 @@
 // Integration of free motion: velocities, positions, orientations.
 #pragma once
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/types.h"
 
 #include <cmath>
@@ -8,7 +9,7 @@
 namespace zoned::physics {
 
 /// The rotation by the vector `turn` (rad, world axes) applied after `q`, renormalised. Exact for
-/// any angle: half the angle's sine and cosine by series when it is small, by libm otherwise.
+/// any angle: half the angle's sine and cosine by series when it is small.
 template <class Real, int kOptions>
 Eigen::Quaternion<Real, kOptions> turned(const Eigen::Quaternion<Real, kOptions>& q,
                                          const Eigen::Matrix<Real, 3, 1>& turn) {
@@ -21,8 +22,9 @@ Eigen::Quaternion<Real, kOptions> turned(const Eigen::Quaternion<Real, kOptions>
         cosine = 1 + half2 * (Real(-0.5) + half2 * (Real(1.0 / 24) - half2 * Real(1.0 / 720)));
     } else {
         const Real half = std::sqrt(half2);
-        sinc = std::sin(half) / half;
-        cosine = std::cos(half);
+        const auto both = elementary::sincos(half);
+        sinc = both.sine / half;
+        cosine = both.cosine;
     }
     const Eigen::Matrix<Real, 3, 1> s = Real(0.5) * sinc * turn;
     const Eigen::Quaternion<Real, kOptions> step(cosine, s.x(), s.y(), s.z());

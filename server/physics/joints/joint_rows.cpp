@@ -1,6 +1,7 @@
 // build: hot loops
 #include "server/physics/joints/joint_rows.h"
 
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/perpendicular.h"
 
 #include <algorithm>
@@ -93,7 +94,8 @@ void lock_rows(const Placement& p, JointRows& out) {
 }
 
 float hinge_angle(const Placement& p) {
-    return std::atan2(p.axes_a.col(2).dot(p.axes_b.col(1)), p.axes_a.col(1).dot(p.axes_b.col(1)));
+    return elementary::atan2(p.axes_a.col(2).dot(p.axes_b.col(1)),
+                             p.axes_a.col(1).dot(p.axes_b.col(1)));
 }
 
 /// The angle as the limits count it: half a turn past them the nearer one holds, so that a hinge
@@ -107,7 +109,7 @@ float nearest_turn(float angle, const JointDef& def) {
 float swing_of(const Placement& p) {
     const Vec3 u = p.axes_a.col(0);
     const Vec3 w = p.axes_b.col(0);
-    return std::atan2(u.cross(w).norm(), u.dot(w));
+    return elementary::atan2(u.cross(w).norm(), u.dot(w));
 }
 
 /// The turn between the two, as a quaternion, is a twist about the axis of a followed by a swing
@@ -115,8 +117,9 @@ float swing_of(const Placement& p) {
 /// R. Boulic, "Parametrization and range of motion of the ball-and-socket joint", 2001). Here it is
 /// read off the rotation matrix.
 float twist_of(const Placement& p) {
-    return std::atan2(p.axes_a.col(2).dot(p.axes_b.col(1)) - p.axes_a.col(1).dot(p.axes_b.col(2)),
-                      p.axes_a.col(1).dot(p.axes_b.col(1)) + p.axes_a.col(2).dot(p.axes_b.col(2)));
+    return elementary::atan2(
+        p.axes_a.col(2).dot(p.axes_b.col(1)) - p.axes_a.col(1).dot(p.axes_b.col(2)),
+        p.axes_a.col(1).dot(p.axes_b.col(1)) + p.axes_a.col(2).dot(p.axes_b.col(2)));
 }
 
 /// b's axis stays within the cone: C = cone - angle. Where the axis is in the cone's middle, or

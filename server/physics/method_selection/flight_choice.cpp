@@ -4,6 +4,7 @@
 #include "server/physics/integrator/integrator.h"
 #include "server/physics/integrator/stability.h"
 #include "server/physics/method_selection/cost_table.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,8 +62,9 @@ Motion exact_flight(const Flight& flight, const Motion& start, double t) {
         return {start.x + t * start.v + 0.5 * t * t * pull, start.v + t * pull};
     }
     const Vec3d end = pull / c;
-    const double reach = -std::expm1(-c * t) / c;
-    return {start.x + t * end + reach * (start.v - end), end + std::exp(-c * t) * (start.v - end)};
+    const double reach = -elementary::expm1(-c * t) / c;
+    return {start.x + t * end + reach * (start.v - end),
+            end + elementary::exp(-c * t) * (start.v - end)};
 }
 
 /// A step of the engine's, or of the same method on the quadratic force.

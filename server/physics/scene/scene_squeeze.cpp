@@ -1,6 +1,7 @@
 // Bodies that are squeezed: movers and static bodies are endlessly heavy, and two that close on a
 // body from nearly opposite sides throw it out as fast as the angle between them is small.
 #include "server/physics/scene/scene_impl.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,7 +83,7 @@ float Scene::Impl::fastest_squeeze() const {
 void Scene::Impl::slow_squeezed(std::uint32_t row, float blow_mps, float dt) {
     const StepStart& start = starts[row];
     const float push_mps = blow_mps + kPushedApart_mps;
-    const float most = std::hypot((start.velocity + dt * settings.gravity).norm(), push_mps);
+    const float most = elementary::hypot((start.velocity + dt * settings.gravity).norm(), push_mps);
     // Off the centre it turns the surface no faster than it comes (a rod: 0.87 of it).
     const float most_spin = std::max(start.spin.norm(), push_mps / bodies.radius[row]);
     const float speed = bodies.velocity[row].norm();

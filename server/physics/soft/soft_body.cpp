@@ -2,6 +2,7 @@
 
 #include "server/physics/soft/soft_impl.h"
 #include "server/physics/soft/volume.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -85,8 +86,8 @@ void predict(SoftBody& body, const Vec3& gravity, float h) {
     // With c h small, (1 - e^-ch) / c loses its digits in floats: doubles keep them.
     const double c = static_cast<double>(body.material.drag);
     const double hd = static_cast<double>(h);
-    const double kept = std::exp(-c * hd);
-    const double reach = c > 0.0 ? -std::expm1(-c * hd) / c : hd;
+    const double kept = elementary::exp(-c * hd);
+    const double reach = c > 0.0 ? -elementary::expm1(-c * hd) / c : hd;
     const double fall = c > 1.0e-6 ? (hd - reach) / c : 0.5 * hd * hd;
     Row4 g = Row4::Zero();
     g.head<3>() = gravity;
@@ -165,7 +166,7 @@ double energy_of(const SoftBody& body, const Vec3& gravity) {
         const double first = body.gas / static_cast<double>(body.material.gas_pressure);
         const double volume = enclosed_volume(body, nullptr);
         sum += static_cast<double>(body.material.ambient_pressure) * (volume - first) -
-               body.gas * std::log(volume / first);
+               body.gas * elementary::log(volume / first);
     }
     return sum;
 }

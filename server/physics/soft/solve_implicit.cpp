@@ -7,6 +7,7 @@
 // would raise the function is halved.
 #include "server/physics/soft/soft_body.h"
 #include "server/physics/soft/volume.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -130,7 +131,7 @@ class Newton {
             const double v = gas_volume(x);
             // No gas fits into nothing: a step that turns the surface inside out is refused.
             sum += v > 0.0 ? static_cast<double>(b_.material.ambient_pressure) * v -
-                                 b_.gas * std::log(v)
+                                 b_.gas * elementary::log(v)
                            : INFINITY;
         }
         return sum;
@@ -283,7 +284,8 @@ class Newton {
             w_.residual[i] = free(i) ? w_.force[i] : Vec3d::Zero();
         }
         double size = precondition();
-        const double enough = size * std::pow(static_cast<double>(b_.solver.gradient_accuracy), 2);
+        const auto accuracy = static_cast<double>(b_.solver.gradient_accuracy);
+        const double enough = size * accuracy * accuracy;
         w_.direction = w_.scaled;
         for (int k = 0; k < b_.solver.gradient_iterations && size > enough && size > 0.0; ++k) {
             ++w_.gradient_passes;

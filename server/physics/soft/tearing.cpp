@@ -3,6 +3,7 @@
 // and animation of brittle fracture", 1999, section 5, with the spring's direction for the
 // separation plane's). Mass and momentum stay. Without faces the spring just goes.
 #include "server/physics/soft/soft_body.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -136,7 +137,7 @@ bool creep(SoftBody& body, float dt) {
         return false;
     }
     bool changed = false;
-    const float share = -std::expm1(-m.creep_rate * dt);
+    const float share = -elementary::expm1(-m.creep_rate * dt);
     for (Spring& s : body.springs) {
         const float strain = (body.position(s.b) - body.position(s.a)).norm() / s.rest - 1.0F;
         const float over = std::abs(strain) - m.yield_strain;

@@ -1,5 +1,6 @@
 // Penalty forces: springs and dampers where shapes overlap.
 #include "server/physics/solver_variants/collision_response.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <cmath>
 #include <numbers>
@@ -28,7 +29,7 @@ struct Spring {
         if (e <= 0.0) {
             return damping;
         }
-        const double loss = std::log(std::min(e, 1.0));
+        const double loss = elementary::log(std::min(e, 1.0));
         const double zeta = -loss / std::sqrt(std::numbers::pi * std::numbers::pi + loss * loss);
         return std::min(damping, 2.0 * zeta * rate);
     }

@@ -1,5 +1,7 @@
 #include "server/session/datagrams/rate_control.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -230,7 +232,7 @@ std::size_t RateControl::samples_wanted(double scatter) const {
     if (scatter <= 0.0 || above <= 0.0) {
         return kLeastSamples;
     }
-    const double wanted = std::ceil(std::log(kFalseAlarm) / std::log(above));
+    const double wanted = std::ceil(elementary::log(kFalseAlarm) / elementary::log(above));
     return static_cast<std::size_t>(
         std::clamp(wanted, static_cast<double>(kLeastSamples), static_cast<double>(kSamples)));
 }

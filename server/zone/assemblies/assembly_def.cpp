@@ -1,5 +1,7 @@
 #include "server/zone/assemblies/assembly_def.h"
 
+#include "shared/core/elementary/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -33,7 +35,7 @@ float MotorTarget::at(double time_s) const {
         case Form::kSine: {
             const double turns = time_s / period_s;
             const double angle = 2.0 * std::numbers::pi * (turns - std::floor(turns)) + phase_rad;
-            return mean + amplitude * static_cast<float>(std::sin(angle));
+            return mean + amplitude * static_cast<float>(elementary::sin(angle));
         }
         case Form::kRamps:
             return on_ramps(

@@ -3,6 +3,7 @@
 #include "server/physics/shapes/ranges.h"
 #include "server/zone/assemblies/assembly_spawning.h"
 #include "server/zone/assemblies/entity_joints.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,7 +68,7 @@ Vec2 stick_of(const ZoneState& state, const Rider& rider) {
                       static_cast<float>(command.move_z) / kFullStick);
     const auto share = [&](const Vec3& axis) {
         const Vec3 level = e.orientation[carrier] * axis;
-        const float length = std::hypot(level.x(), level.z());
+        const float length = elementary::hypot(level.x(), level.z());
         return length > 1e-3F ? std::clamp(level.dot(wanted) / length, -1.0F, 1.0F) : 0.0F;
     };
     return {share(Vec3::UnitZ()), share(Vec3::UnitX())};

@@ -1,6 +1,7 @@
 #include "server/zone/viewers/audit.h"
 
 #include "server/zone/viewers/visibility_filter.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/wire/quantize.h"
 
 #include <algorithm>
@@ -62,7 +63,8 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
     a.orientation[1] = q.x();
     a.orientation[2] = q.y();
     a.orientation[3] = q.z();
-    a.distance_m = std::hypot(e.position[row].x() - viewer.x(), e.position[row].z() - viewer.z());
+    a.distance_m =
+        elementary::hypot(e.position[row].x() - viewer.x(), e.position[row].z() - viewer.z());
     const std::size_t lod = promised_lod(state.settings, a.distance_m);
     a.bound_m = state.settings.replication.lods[lod].position_m;
     a.bound_rad = state.settings.replication.lods[lod].orientation_rad;

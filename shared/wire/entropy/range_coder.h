@@ -2,11 +2,12 @@
 #pragma once
 
 #include "shared/core/assert.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -23,7 +24,8 @@ inline constexpr std::uint32_t kLeastRange = 1u << 24;
 
 /// Information of an interval narrowed to `range` after a number of byte shifts, bits.
 inline double used_bits(std::size_t shifts, std::uint32_t range) {
-    return 8.0 * static_cast<double>(shifts) + 32.0 - std::log2(static_cast<double>(range));
+    return 8.0 * static_cast<double>(shifts) + 32.0 -
+           std::numbers::log2e * elementary::log(static_cast<double>(range));
 }
 
 /// Range encoder with carry propagation into bytes already written (G. N. N. Martin, "Range

@@ -1,6 +1,6 @@
 #include "shared/wire/record/neighbours.h"
 
-#include <Eigen/Core>
+#include "shared/math/array8.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,8 +8,6 @@
 namespace zoned::wire::record {
 
 namespace {
-
-using Lanes = Eigen::Array<float, 8, 1>;
 
 static_assert(sizeof(MotionResidual) == 16 * sizeof(float), "a motion_residual is two registers");
 
@@ -59,34 +57,34 @@ void Neighbours::note(const std::array<std::int32_t, 3>& position,
 
 MotionResidual Neighbours::near(const std::array<std::int32_t, 3>& position) const {
     const std::array<float, 3> here = from_origin(position);
-    Lanes heaviest = Lanes::Zero();
+    Array8 heaviest = 0.0F;
     for (std::size_t i = 0; i < count_; i += kLanes) {
         const LanePositions& place = places_[i / kLanes];
-        const Lanes dx = Eigen::Map<const Lanes>(place[0].data()) - here[0];
-        const Lanes dy = Eigen::Map<const Lanes>(place[1].data()) - here[1];
-        const Lanes dz = Eigen::Map<const Lanes>(place[2].data()) - here[2];
-        const Lanes square = dx * dx + dy * dy + dz * dz + 1.0F;
-        const Lanes weight = 1.0F / (square * square);
-        Eigen::Map<Lanes>(weights_.data() + i) = weight;
+        const Array8 dx = Array8::load(place[0].data()) - here[0];
+        const Array8 dy = Array8::load(place[1].data()) - here[1];
+        const Array8 dz = Array8::load(place[2].data()) - here[2];
+        const Array8 square = dx * dx + dy * dy + dz * dz + 1.0F;
+        const Array8 weight = 1.0F / (square * square);
+        weight.store(weights_.data() + i);
         heaviest = heaviest.max(weight);
     }
-    const float least = kLeastShare * heaviest.maxCoeff();
-    std::array<Lanes, 2> sums;
-    sums.fill(Lanes::Zero());
+    const float least = kLeastShare * heaviest.highest();
+    std::array<Array8, 2> sums;
+    sums.fill(0.0F);
     float weight = 0.0F;
     for (std::size_t i = 0; i < count_; ++i) {
         const float w = weights_[i];
         if (w >= least) {
             const float* values = motion_residuals_[i].moved.data();
-            sums[0] += w * Eigen::Map<const Lanes>(values);
-            sums[1] += w * Eigen::Map<const Lanes>(values + kLanes);
+            sums[0] += w * Array8::load(values);
+            sums[1] += w * Array8::load(values + kLanes);
             weight += w;
         }
     }
     const float scale = 1.0F / weight;
     std::array<float, 16> mean;
-    Eigen::Map<Lanes>(mean.data()) = scale * sums[0];
-    Eigen::Map<Lanes>(mean.data() + kLanes) = scale * sums[1];
+    (scale * sums[0]).store(mean.data());
+    (scale * sums[1]).store(mean.data() + kLanes);
     auto result = std::bit_cast<MotionResidual>(mean);
     // The mean of turned x (here - place), in two parts.
     const std::array<float, 3> about_origin = cross(result.turned, here);

@@ -39,7 +39,7 @@ Count count_near(float step_m, float told, bool flat) {
         const float x = old_x + along();
         const float z = old_z + along();
         const float nimbus = 50.0F;
-        spatial::Array8 xs, zs, radii, before;
+        Array8 xs, zs, radii, before;
         for (int i = 0; i < 8; ++i) {
             const float at_x = old_x + rng.range(-60, 60);
             const float at_z = old_z + rng.range(-60, 60);
@@ -88,7 +88,7 @@ TEST(MutualCrossings, SayOfEightWhatCrossedSaysOfEach) {
     int all = 0;
     for (int round = 0; round < 20000; ++round) {
         const bool flat = round % 2 == 0;
-        spatial::Array8 xs, zs, old_xs, old_zs, radii;
+        Array8 xs, zs, old_xs, old_zs, radii;
         MutualCrossings test;
         test.radius_m = 50.0F;
         test.widen = kWiden;

@@ -107,12 +107,5 @@ TEST(Replay, FollowsTheEquationOfMotion) {
     }
 }
 
-TEST(OneMinusExp, AgreesWithTheLibrary) {
-    for (double x = 1e-8; x < 800.0; x *= 1.7) {
-        EXPECT_NEAR(one_minus_exp(x) / -std::expm1(-x), 1.0, 1e-12) << x;
-    }
-    EXPECT_EQ(one_minus_exp(0.0), 0.0);
-}
-
 }  // namespace
 }  // namespace zoned::motion

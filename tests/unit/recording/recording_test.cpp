@@ -421,9 +421,6 @@ TEST(Recording, NamesBothVersionsOfWhatItCannotTake) {
         return checked.ok() ? std::string() : checked.error();
     };
     RecordingHeader other = header();
-    other.target = "sparc";
-    EXPECT_NE(check(other).find("target 'sparc'"), std::string::npos);
-    other = header();
     other.generation = kSimulationGeneration + 1;
     other.program = "9.8.7";
     const std::string text = check(other);
@@ -435,7 +432,8 @@ TEST(Recording, NamesBothVersionsOfWhatItCannotTake) {
     }
     other = header();
     other.compiler = "another compiler";
-    EXPECT_EQ(check(other), "") << "compilers are expected to agree";
+    other.target = "another processor";
+    EXPECT_EQ(check(other), "") << "compilers and processors agree";
     std::remove(file.c_str());
 }
 

@@ -52,10 +52,10 @@ TEST(BoxLanes, AgreeWithOneBoxAtATime) {
 }
 
 TEST(BoxLanes, ALaneThatIsNoNumberIsNeverAtMostAnything) {
-    Array8 a = Array8::Zero();
+    Array8 a = 0.0F;
     a[2] = std::numeric_limits<float>::quiet_NaN();
     a[5] = 1.0F;
-    EXPECT_EQ(lanes_at_most(a, Array8::Zero()), 0xFFU & ~(1U << 2) & ~(1U << 5));
+    EXPECT_EQ(lanes_at_most(a, 0.0F), 0xFFU & ~(1U << 2) & ~(1U << 5));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "server/ai/pathfinding/grid/box_column.h"
 #include "shared/core/containers/union_find.h"
+#include "shared/core/elementary/elementary.h"
 #include "shared/math/closest.h"
 #include "shared/motion/capsule_sweep.h"
 
@@ -361,7 +362,7 @@ class Bakery {
         command.move_z = static_cast<std::int8_t>(127 * dz);
         const float a_tick = path / static_cast<float>(ticks);
         const auto off_m = [&] {
-            return std::hypot(state.position.x() - end.x, state.position.z() - end.z);
+            return elementary::hypot(state.position.x() - end.x, state.position.z() - end.z);
         };
         for (int left = ticks; left > 0 && state.grounded; --left) {
             // Too far behind: neither walking on nor a push out of a box brings it there in time.

@@ -2,6 +2,7 @@
 
 #include "server/ai/pathfinding/grid/box_column.h"
 #include "server/ai/pathfinding/navmesh/recast_owned.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <array>
 #include <numbers>
@@ -90,7 +91,8 @@ class FloorSurvey {
     }
 
     void add_surfaces() {
-        const float slope = std::acos(limits_.max_slope_cos) * 180.0F / std::numbers::pi_v<float>;
+        const float slope =
+            elementary::acos(limits_.max_slope_cos) * 180.0F / std::numbers::pi_v<float>;
         std::vector<float> corners;
         std::vector<int> order;
         for (const motion::PlacedSurface& s : world_.surfaces()) {
