@@ -1,6 +1,7 @@
 #include "tests/lint/check.h"
 #include "tests/lint/layers.h"
 #include "tests/lint/local_names.h"
+#include "tests/lint/math_calls.h"
 #include "tests/lint/names.h"
 #include "tests/lint/pages.h"
 #include "tests/lint/reach.h"
@@ -101,6 +102,10 @@ TEST(Repository, KeepsTheSandboxGameToItsRulesAndBots) {
 
 TEST(Repository, KeepsTheSentenceRulesInItsPages) {
     expect_clean(check_page);
+}
+
+TEST(Repository, ComputesTheSameBitsOnAllComputers) {
+    expect_clean(check_math_calls);
 }
 
 TEST(Repository, UsesNoWordThatWasRenamed) {
