@@ -16,6 +16,9 @@ struct Line {
     bool operator==(const Line&) const = default;
 };
 
+/// The elementary functions, which all else stands on.
+std::vector<Line> elementary_lines();
+
 /// Rigid bodies alone: piles, pyramids, columns and chains, hashed once a second.
 std::vector<Line> physics_lines(unsigned threads);
 

@@ -3,6 +3,8 @@
 
 #include <cstdio>
 #include <exception>
+#include <span>
+#include <string>
 #include <utility>
 
 namespace zoned::determinism {
@@ -27,9 +29,10 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
 /// Rigid bodies, networks, then worlds: rigid bodies and agents, soft bodies, cubes, particles, all
 /// paths to decide, policies, joints.
 std::vector<Line> all_lines(unsigned threads) {
-    std::vector<Line> lines = physics_lines(threads);
-    const std::vector<Line> networks = training_lines(threads);
-    lines.insert(lines.end(), networks.begin(), networks.end());
+    std::vector<Line> lines = elementary_lines();
+    for (const std::vector<Line>& more : {physics_lines(threads), training_lines(threads)}) {
+        lines.insert(lines.end(), more.begin(), more.end());
+    }
     for (const auto& [world, bots] : {std::pair("valley", std::size_t{60}),
                                       {"cloth", 12},
                                       {"cubes", 4},
@@ -43,10 +46,10 @@ std::vector<Line> all_lines(unsigned threads) {
     return lines;
 }
 
-int run() {
-    const std::vector<Line> lines = all_lines(1);
+int run(std::span<const unsigned> numbers) {
+    const std::vector<Line> lines = all_lines(numbers.front());
     bool good = true;
-    for (const unsigned threads : {2U, 4U}) {
+    for (const unsigned threads : numbers.subspan(1)) {
         good = same(lines, all_lines(threads), threads) && good;
     }
     for (const Line& line : lines) {
@@ -59,9 +62,18 @@ int run() {
 }  // namespace
 }  // namespace zoned::determinism
 
-int main() {
+/// Usage: determinism_hashes [THREADS...], 1 2 4 without asking. One number is for comparison with
+/// another build.
+int main(int count, char** arguments) {
     try {
-        return zoned::determinism::run();
+        std::vector<unsigned> threads;
+        for (int i = 1; i < count; ++i) {
+            threads.push_back(static_cast<unsigned>(std::stoul(arguments[i])));
+        }
+        if (threads.empty()) {
+            threads = {1, 2, 4};
+        }
+        return zoned::determinism::run(threads);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "determinism_hashes: %s\n", error.what());
         return 1;

@@ -1,6 +1,7 @@
 #include "server/compute/worker_pool.h"
 #include "server/physics/scene/scene.h"
 #include "tests/determinism/hashes.h"
+#include "tests/scenario/elementary_bits.h"
 #include "tests/scenario/physics_scenes.h"
 
 #include <stdexcept>
@@ -56,6 +57,15 @@ physics::Scene build(const scenario::Description& description) {
 }
 
 }  // namespace
+
+std::vector<Line> elementary_lines() {
+    std::vector<Line> lines;
+    for (const scenario::ElementarySubject& subject : scenario::kElementarySubjects) {
+        lines.push_back(
+            {"elementary", std::string(subject.name), hex(scenario::elementary_bits(subject))});
+    }
+    return lines;
+}
 
 std::vector<Line> physics_lines(unsigned threads) {
     compute::WorkerPool pool(threads);

@@ -1,0 +1,18 @@
+# Toolchain for AArch64 on any other processor: clang++ with Debian's libraries in ZONED_SYSROOT (aarch64.sh makes it).
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES ZONED_SYSROOT)
+set(CMAKE_SYSROOT ${ZONED_SYSROOT})
+set(CMAKE_CXX_COMPILER clang++-19)
+set(CMAKE_CXX_COMPILER_TARGET aarch64-linux-gnu)
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-B/usr/lib/llvm-19/bin -fuse-ld=lld")
+set(CMAKE_SHARED_LINKER_FLAGS_INIT "-B/usr/lib/llvm-19/bin -fuse-ld=lld")
+set(CMAKE_FIND_ROOT_PATH ${ZONED_SYSROOT})
+# Programs such as protoc run here; pages and scripts are the same everywhere.
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE BOTH)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${ZONED_SYSROOT})
+set(ENV{PKG_CONFIG_LIBDIR} ${ZONED_SYSROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${ZONED_SYSROOT}/usr/share/pkgconfig)
