@@ -3,6 +3,7 @@
 #include "client-sim/view/aim.h"
 #include "proto/sandbox.pb.h"
 #include "shared/core/elementary/elementary.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,12 +17,6 @@ constexpr double kBorderReachM = 15.0;  // how far behind the border a bot turns
 constexpr double kShootRangeM = 40.0;
 constexpr float kFullSpeed = 127.0F;
 constexpr std::uint16_t kSprint = motion::kButtonSprint;
-
-std::uint16_t yaw_towards(float x, float z) {
-    // Yaw 0 looks along +z and turns about +y: yaw = atan2(x, z).
-    const float turn = elementary::atan2(x, z) / (2.0F * std::numbers::pi_v<float>);
-    return static_cast<std::uint16_t>(static_cast<std::int32_t>(std::lround(turn * 65536.0F)));
-}
 
 template <class Message>
 std::string bytes_of(const Message& message) {
@@ -71,7 +66,7 @@ motion::InputCommand walk_towards(double x, double z) {
         const double scale = static_cast<double>(kFullSpeed) / length;
         command.move_x = static_cast<std::int8_t>(std::lround(x * scale));
         command.move_z = static_cast<std::int8_t>(std::lround(z * scale));
-        command.yaw = yaw_towards(static_cast<float>(x), static_cast<float>(z));
+        command.yaw = yaw_of({static_cast<float>(x), static_cast<float>(z)});
     }
     return command;
 }
@@ -136,7 +131,7 @@ void ScriptRunner::pick_direction(Tick tick) {
     const float z = elementary::cos(angle);
     wish_.move_x = static_cast<std::int8_t>(stand ? 0.0F : x * kFullSpeed);
     wish_.move_z = static_cast<std::int8_t>(stand ? 0.0F : z * kFullSpeed);
-    wish_.yaw = yaw_towards(x, z);
+    wish_.yaw = yaw_of({x, z});
     wish_.buttons = rng_.below(5) == 0 ? kSprint : std::uint16_t{0};
     if (rng_.below(12) == 0) {
         wish_.buttons |= motion::kButtonJump;
@@ -170,7 +165,7 @@ void ScriptRunner::walk_to(const Vec3d& from, double x, double z, bool sprint) {
     const float angle = std::round(elementary::atan2(dx, dz) / step) * step;
     wish_.move_x = static_cast<std::int8_t>(std::lround(elementary::sin(angle) * kFullSpeed));
     wish_.move_z = static_cast<std::int8_t>(std::lround(elementary::cos(angle) * kFullSpeed));
-    wish_.yaw = yaw_towards(dx, dz);
+    wish_.yaw = yaw_of({dx, dz});
     wish_.buttons = sprint ? kSprint : std::uint16_t{0};
 }
 

@@ -2,6 +2,7 @@
 
 #include "shared/core/assert.h"
 #include "shared/core/elementary/elementary.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,12 +16,11 @@ ViewCone view_cone(const world::Cone& cone, std::uint16_t yaw, float hysteresis)
         return out;
     }
     constexpr double kPi = std::numbers::pi;
-    const double turn = static_cast<std::int16_t>(yaw) * (kPi / 32768.0);
     const auto half = static_cast<double>(cone.half_angle_rad);
     out.length_m = cone.length_m;
-    const auto [sine, cosine] = elementary::sincos(turn);
-    out.ahead_x = static_cast<float>(sine);
-    out.ahead_z = static_cast<float>(cosine);
+    const Vec2 ahead = heading_of(yaw);
+    out.ahead_x = ahead.x();
+    out.ahead_z = ahead.y();
     out.cosine = static_cast<float>(elementary::cos(std::min(kPi, half)));
     out.cosine_known = static_cast<float>(
         elementary::cos(std::min(kPi, half * (1.0 + static_cast<double>(hysteresis)))));

@@ -247,6 +247,6 @@ def land(place, move, velocity, rest):
 
 def missing_command(last, tick, dt):
     """The command of a tick for which none came, by the last one that did."""
-    if tick - last.tick <= math.floor(single(1 / dt)):
+    if tick - last.tick <= round(1 / dt):
         return dataclasses.replace(last, tick=tick, buttons=last.buttons & ~JUMP)
     return dataclasses.replace(last, tick=tick, move_x=0, move_z=0, buttons=0)

@@ -1,6 +1,6 @@
 #include "server/ai/learning/cart_pole.h"
 
-#include "server/ai/learning/circle.h"
+#include "shared/core/elementary/elementary.h"
 
 #include <array>
 #include <cmath>
@@ -38,7 +38,7 @@ CartPole CartPole::start(core::Rng& rng) {
 }
 
 void CartPole::step(bool push_right) {
-    const auto [sine, cosine] = sine_and_cosine(angle);
+    const auto [sine, cosine] = elementary::sincos(angle);
     const double force = push_right ? kForce : -kForce;
     const double pull = (force + kPole * kHalfLength * turning * turning * sine) / kMass;
     const double turning_up = (kGravity * sine - cosine * pull) /

@@ -1,6 +1,6 @@
 #include "server/ai/learning/guard.h"
 
-#include "server/ai/learning/circle.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <cmath>

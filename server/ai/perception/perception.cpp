@@ -4,13 +4,12 @@
 #include "server/ai/agent/ai_settings.h"
 #include "server/ai/agent/whereabouts.h"
 #include "server/physics/query/query.h"
-#include "shared/core/elementary/elementary.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <tuple>
 
 namespace zoned::ai {
@@ -126,9 +125,7 @@ class Looking {
           leader_(ai.entities.id[self]) {
         const bool on_segment = timetable_of(self) != nullptr;
         const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
-        const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
-        const auto [sine, cosine] = elementary::sincos(turn);
-        ahead_ = Vec2(static_cast<float>(sine), static_cast<float>(cosine));
+        ahead_ = heading_of(yaw);
     }
 
     Percept run() {

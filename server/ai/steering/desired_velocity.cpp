@@ -5,11 +5,10 @@
 #include "server/ai/steering/formation_following.h"
 #include "server/ai/steering/spline_following.h"
 #include "shared/core/assert.h"
-#include "shared/core/elementary/elementary.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace zoned::ai {
 
@@ -457,10 +456,7 @@ void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& directi
 }
 
 void face_along(motion::InputCommand& aim, const Vec2& direction) {
-    // Turning +z about +y by an angle gives (sin, cos) in (x, z).
-    const float turns =
-        elementary::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
-    aim.yaw = static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
+    aim.yaw = yaw_of(direction);
 }
 
 void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {

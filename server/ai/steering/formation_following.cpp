@@ -1,6 +1,6 @@
 #include "server/ai/steering/formation_following.h"
 
-#include "server/ai/learning/circle.h"
+#include "shared/math/heading.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ Vec2 ground_of(const Vec3& v) {
 Vec2 heading_of_captain(const world::Entities& entities, world::Row row) {
     const Vec2 velocity = ground_of(entities.velocity[row]);
     const float speed = velocity.norm();
-    return speed > kStands ? Vec2(velocity / speed) : learning::heading_of(entities.yaw[row]);
+    return speed > kStands ? Vec2(velocity / speed) : heading_of(entities.yaw[row]);
 }
 
 /// The place of slot `index` of `members` (> index) beside the captain, m.
@@ -56,7 +56,7 @@ steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std:
         }
         case FormationShape::kRing: {
             const auto turn = static_cast<std::uint16_t>((index * 65536U) / members);
-            const Vec2 direction = learning::heading_of(turn);
+            const Vec2 direction = heading_of(turn);
             // Neighbours on the ring are `gap` apart along it.
             const float radius = std::max(
                 gap, gap * static_cast<float>(members) / (2.0F * std::numbers::pi_v<float>));

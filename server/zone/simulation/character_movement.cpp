@@ -56,7 +56,7 @@ bool wants_to_move(const world::Entities& entities, world::Row row) {
 }
 
 void take_inputs(ZoneState& state) {
-    const auto patience = static_cast<Tick>(kPatienceSeconds / state.settings.dt);
+    const auto patience = static_cast<Tick>(std::lround(kPatienceSeconds / state.settings.dt));
     for (ZoneClient& client : state.clients) {
         bool missing = false;
         const motion::InputCommand command = client.inputs.consume(state.now, patience, missing);

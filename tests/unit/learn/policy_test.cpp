@@ -1,6 +1,5 @@
 #include "server/ai/learning/policy.h"
 
-#include "server/ai/learning/circle.h"
 #include "server/ai/learning/guard.h"
 #include "tests/unit/allocation_count.h"
 #include "shared/motion/static_geometry.h"
@@ -19,36 +18,16 @@ constexpr float kDt = 1.0F / 30.0F;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-TEST(Circle, HasTheSeriesOfSineAndCosine) {
-    for (double angle = -0.8; angle <= 0.8; angle += 0.001) {
-        const auto [sine, cosine] = sine_and_cosine(angle);
-        EXPECT_NEAR(sine, std::sin(angle), 1e-12);
-        EXPECT_NEAR(cosine, std::cos(angle), 1e-12);
-    }
-}
-
-TEST(Circle, HeadingsAreThoseOfTheirYawAllAround) {
-    for (int yaw = 0; yaw < 65536; ++yaw) {
-        const Vec2 heading = heading_of(static_cast<std::uint16_t>(yaw));
-        const double angle = yaw * std::numbers::pi / 32768.0;
-        EXPECT_NEAR(heading.x(), std::sin(angle), 1e-7);
-        EXPECT_NEAR(heading.y(), std::cos(angle), 1e-7);
-        // An arc tangent in floats is within two units of 2^-24 of a turn's 65536th part.
-        const int off = static_cast<std::int16_t>(yaw_of(heading) - yaw);
-        EXPECT_LE(std::abs(off), 1);
-    }
-}
-
 Situation turned(const Situation& from, float sine, float cosine) {
     const auto turn = [sine, cosine](const Vec2& v) {
         return Vec2(cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y());
     };
     Situation to = from;
-    for (Vec2 Situation::* part : {&Situation::here,
-                                   &Situation::velocity,
-                                   &Situation::home,
-                                   &Situation::target,
-                                   &Situation::target_velocity}) {
+    for (Vec2 Situation::*part : {&Situation::here,
+                                  &Situation::velocity,
+                                  &Situation::home,
+                                  &Situation::target,
+                                  &Situation::target_velocity}) {
         to.*part = turn(from.*part);
     }
     return to;
