@@ -463,7 +463,8 @@ void Auditor::compare_state(const Context& context,
     inputs.bound = promised_bound(context, truth, true);
     inputs.quantum = static_cast<double>(q.orientation_quantum_rad(type.upright));
     finding.error = error_rad;
-    finding.allowed = allowed_orientation_error(inputs, type.character);
+    finding.allowed = allowed_orientation_error(
+        inputs, type.character, static_cast<double>(type.max_spin_jump_rps));
     if (!(finding.error <= finding.allowed)) {
         finding.kind = FindingKind::kOrientation;
         tally.add(finding);

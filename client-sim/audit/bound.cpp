@@ -23,10 +23,10 @@ double allowed_position_error(const BoundInputs& inputs, double a_max, double dv
     return inputs.bound + inputs.quantum + 0.5 * a_max * d * d + sudden;
 }
 
-double allowed_orientation_error(const BoundInputs& inputs, bool character) {
+double allowed_orientation_error(const BoundInputs& inputs, bool character, double spin_max) {
     double turn = 0.0;
     if (breach_within(inputs)) {
-        turn = character ? std::numbers::pi : kMaxSpinRps * inputs.age_s;
+        turn = character ? std::numbers::pi : spin_max * inputs.age_s;
     }
     // Half a turn is the largest angle there is; the slack absorbs that angles are measured in
     // float.

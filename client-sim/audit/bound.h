@@ -22,12 +22,9 @@ struct BoundInputs {
 /// (a sudden change about which the client cannot have an update yet). m.
 double allowed_position_error(const BoundInputs& inputs, double a_max, double dv_max);
 
-/// The same for orientation. No type declares a limit on its rate of turn. So a character may turn
-/// by any angle within D after a breach, and a prop may spin by at most kMaxSpinRps more than
-/// predicted. rad, at most pi.
-double allowed_orientation_error(const BoundInputs& inputs, bool character);
-
-inline constexpr double kMaxSpinRps = 40.0;
+/// The same for orientation. A character may turn by any angle within D after a breach, anything
+/// else may spin by at most `spin_max` more than predicted. rad, at most pi.
+double allowed_orientation_error(const BoundInputs& inputs, bool character, double spin_max);
 
 /// D of a view that displayed a tick `behind_s` after the server had it: the time that its updates
 /// can lack. `now` is the age of updates when the tick was displayed, `then` at the tick itself. D

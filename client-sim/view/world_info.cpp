@@ -45,6 +45,9 @@ bool sensible(const wire::Quantization& q) {
            q.max_speed_mps < 1e6F && q.gravity_mps2 >= 0.0F && q.gravity_mps2 < 1e3F;
 }
 
+/// Servers that do not tell max_spin_jump_rps go by this.
+constexpr float kUndeclared_rps = 40.0F;
+
 TypeInfo read_type(const wire::EntityTypeMessage& t) {
     TypeInfo type;
     type.name = core::is_clean_utf8(t.name) ? t.name : "?";
@@ -53,6 +56,7 @@ TypeInfo read_type(const wire::EntityTypeMessage& t) {
     type.seats = t.seats;
     type.max_acceleration_mps2 = t.max_acceleration_mps2;
     type.max_velocity_jump_mps = t.max_velocity_jump_mps;
+    type.max_spin_jump_rps = t.max_spin_jump_rps > 0.0F ? t.max_spin_jump_rps : kUndeclared_rps;
     if (t.limits) {
         const wire::CharacterLimitsMessage& l = *t.limits;
         type.limits.radius = l.radius;

@@ -27,6 +27,7 @@ struct TypeInfo {
     bool character = false;
     float max_acceleration_mps2 = 0.0F;  ///< a_max of the promised bound
     float max_velocity_jump_mps = 0.0F;  ///< dv_max of the promised bound
+    float max_spin_jump_rps = 0.0F;      ///< the same for its rate of turn
     motion::CharacterLimits limits;
     std::uint32_t seats = 0;  ///< characters may ride on it
 };

@@ -13,18 +13,21 @@ namespace zoned::replication {
 /// The promise grants an update of age D an error of a_max D^2 / 2 + dv_max D. It holds for any
 /// motion whose velocity changes by no more than dv_max + a_max w over any window of length w up to
 /// D. Several impacts in a row are as good as one, as long as they do not add up to more. The check
-/// thus compares the net change over a window, in velocity and in place.
+/// thus compares the net change over a window, in velocity and in place. Rates of turn have no
+/// limit but on what changes within a tick.
 class LimitCheck {
   public:
     /// True when the motion within a window that ends at `now` exceeds a limit. Either the velocity
     /// changed by more than dv_max + a_max w. Or the place differs by more than dv_max w + a_max
     /// w^2 / 2 from where the window's first velocity leads (steps onto ledges move without a
-    /// velocity). Windows begin with the tick before and with the last multiple of kWindowTicks.
-    /// Never across a gap in the observation or a discontinuity.
+    /// velocity). Or its rate of turn changed by too much since the tick before. Windows begin with
+    /// the tick before and with the last multiple of kWindowTicks. Never across a gap in the
+    /// observation or a discontinuity.
     bool exceeded(Tick now,
                   Tick discontinuity_tick,
                   const Vec3& position,
                   const Vec3& velocity,
+                  const Vec3& spin,
                   const world::EntityType& type,
                   float tick_s);
 
@@ -33,7 +36,7 @@ class LimitCheck {
 
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(before_, window_);
+        archive(before_, window_, spin_before_);
     }
 
   private:
@@ -51,6 +54,7 @@ class LimitCheck {
 
     MotionStart before_;
     MotionStart window_;
+    Vec3 spin_before_ = Vec3::Zero();
 };
 
 }  // namespace zoned::replication

@@ -19,16 +19,23 @@ constexpr float kTicksAhead = 2.0F;
 
 /// The promise lets a subscriber be wrong by dv_max times the age of its update. So a prediction
 /// must not be wrong by more than dv_max in velocity, even while its position is still within the
-/// bound. Order 0 predicts no velocity.
+/// bound. The same holds for its rate of turn. Order 0 predicts neither.
 bool leaves_velocity(const Stream& stream,
                      float elapsed_s,
                      const motion::KinematicState& truth,
-                     float allowed_mps) {
+                     float allowed_mps,
+                     float allowed_rps) {
     if (stream.state.order == motion::PredictorOrder::kStatic) {
         return false;
     }
     const Vec3 predicted = motion::predict_velocity(stream.from, stream.state.order, elapsed_s);
-    return (predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps;
+    if ((predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps) {
+        return true;
+    }
+    // A prediction that has come to rest turns no more.
+    const Vec3 spin = predicted == Vec3::Zero() ? predicted : stream.from.angular_velocity;
+    return !stream.upright &&
+           (spin - truth.angular_velocity).squaredNorm() > allowed_rps * allowed_rps;
 }
 
 bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
@@ -159,6 +166,7 @@ void StreamTable::publish(Tick now,
                                  entities.discontinuity_tick[row],
                                  entities.position[row],
                                  entities.velocity[row],
+                                 entities.angular_velocity[row],
                                  type,
                                  settings_.tick_s)) {
             report.limit_entity = entities.id[row];
@@ -344,8 +352,10 @@ bool StreamTable::note_breach(Stream& stream,
     // A step of quantisation on top: rounding alone must never cause an update.
     const float allowed_mps =
         type.max_velocity_jump_mps + quantization_[stream.lod].velocity_step_mps;
+    const float allowed_rps =
+        type.max_spin_jump_rps() + quantization_[stream.lod].angular_velocity_step_rps;
     const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
-                        leaves_velocity(stream, elapsed, truth, allowed_mps);
+                        leaves_velocity(stream, elapsed, truth, allowed_mps, allowed_rps);
     Replaced& old = stream.replaced;
     bool old_breach = false;
     if (old.watched_until != 0) {

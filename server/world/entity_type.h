@@ -7,6 +7,7 @@
 #include "shared/motion/apply_input.h"
 #include "shared/wire/declared/declared_fields.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -132,6 +133,14 @@ struct EntityType {
                 return 0.5F * (standing.upper - standing.lower);
         }
         return Vec3::Constant(radius);
+    }
+
+    /// Declared limit of the promised bound: the largest sudden change of its rate of turn. An
+    /// impact changes the velocity of its surface by max_velocity_jump_mps at most, as seen from
+    /// its centre; what is large may also be struck far out.
+    [[nodiscard]] float max_spin_jump_rps() const {
+        constexpr float kOfLarge_rps = 40.0F;
+        return std::max(kOfLarge_rps, max_velocity_jump_mps / half_size().minCoeff());
     }
 
     /// Spawned, it comes with all parts of its assembly.

@@ -34,6 +34,7 @@ void describe_type(const world::EntityType& type, proto::EntityType& out) {
     out.set_upright(type.upright());
     out.set_max_acceleration_mps2(type.max_acceleration_mps2);
     out.set_max_velocity_jump_mps(type.max_velocity_jump_mps);
+    out.set_max_spin_jump_rps(type.max_spin_jump_rps());
     out.set_character(type.kind == world::EntityKind::kCharacter);
     if (type.fields != nullptr) {
         describe_fields(*type.fields, out);

@@ -108,6 +108,7 @@ struct EntityTypeMessage {
     std::optional<CharacterLimitsMessage> limits;
     std::uint32_t seats = 0;
     std::vector<DeclaredFieldMessage> declared;
+    float max_spin_jump_rps = 0.0F;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.name);
@@ -118,6 +119,7 @@ struct EntityTypeMessage {
         visit(6, m.limits);
         visit(7, m.seats);
         visit(8, m.declared);
+        visit(9, m.max_spin_jump_rps);
     }
 };
 

@@ -35,13 +35,14 @@ TEST(AllowedPositionError, CountsASuddenChangeExactlyWithinTheAgeOfUpdates) {
 
 TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfUpdates) {
     BoundInputs in{0.1, 0.01, 0.1};
-    EXPECT_DOUBLE_EQ(allowed_orientation_error(in, true), 0.11);
+    EXPECT_DOUBLE_EQ(allowed_orientation_error(in, true, 40.0), 0.11);
     in.since_breach_s = 0.05;
     // Half a turn, and no more than float's rounding of it.
-    EXPECT_GE(allowed_orientation_error(in, true), static_cast<double>(std::numbers::pi_v<float>));
-    EXPECT_NEAR(allowed_orientation_error(in, true), std::numbers::pi, 1e-4);
-    EXPECT_DOUBLE_EQ(allowed_orientation_error({0.1, 0.01, 0.02, 0.0}, false),
-                     0.11 + kMaxSpinRps * 0.02);
+    EXPECT_GE(allowed_orientation_error(in, true, 40.0),
+              static_cast<double>(std::numbers::pi_v<float>));
+    EXPECT_NEAR(allowed_orientation_error(in, true, 40.0), std::numbers::pi, 1e-4);
+    EXPECT_DOUBLE_EQ(allowed_orientation_error({0.1, 0.01, 0.02, 0.0}, false, 40.0),
+                     0.11 + 40.0 * 0.02);
 }
 
 TEST(PastAge, IsNothingOnceAllUpdatesOfTheDisplayedTickHaveCome) {

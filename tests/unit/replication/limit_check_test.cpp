@@ -22,13 +22,14 @@ struct Mover {
     bool step(const Vec3& change, const Vec3& jump = Vec3::Zero(), Tick discontinuity = 0) {
         velocity += change;
         position += velocity * kDt + jump;
-        return check.exceeded(++now, discontinuity, position, velocity, type, kDt);
+        return check.exceeded(++now, discontinuity, position, velocity, spin, type, kDt);
     }
 
     world::EntityType type;
     LimitCheck check;
     Vec3 position = Vec3(400.0F, 1.0F, -300.0F);
     Vec3 velocity = Vec3::Zero();
+    Vec3 spin = Vec3::Zero();
     Tick now = 1;
 };
 
@@ -97,6 +98,22 @@ TEST(LimitCheck, FindsAMoveWithoutAVelocity) {
         EXPECT_FALSE(mover.step(Vec3::Zero()));
     }
     EXPECT_TRUE(mover.step(Vec3::Zero(), Vec3(0.0F, 0.3F, 0.0F)));
+}
+
+TEST(LimitCheck, FindsASpinThatNoAllowedBlowCauses) {
+    world::EntityType type = type_with(20.0F, 15.0F);
+    type.kind = world::EntityKind::kProp;
+    type.shape = world::TypeShape::kSphere;
+    type.radius = 0.1F;
+    Mover mover(type);
+    mover.step(Vec3::Zero());
+    // 15 m/s on its surface, 0.1 m from the centre: 150 rad/s.
+    mover.spin = Vec3(0.0F, 150.0F, 0.0F);
+    EXPECT_FALSE(mover.step(Vec3::Zero()));
+    EXPECT_FALSE(mover.step(Vec3::Zero()));
+    mover.spin = Vec3(0.0F, -1.0F, 0.0F);
+    EXPECT_TRUE(mover.step(Vec3::Zero()));
+    EXPECT_FALSE(mover.step(Vec3::Zero()));
 }
 
 TEST(LimitCheck, LetsAnnouncedJumpsPass) {
