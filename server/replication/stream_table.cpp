@@ -29,13 +29,10 @@ bool leaves_velocity(const Stream& stream,
         return false;
     }
     const Vec3 predicted = motion::predict_velocity(stream.from, stream.state.order, elapsed_s);
-    if ((predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps) {
-        return true;
-    }
     // A prediction that has come to rest turns no more.
     const Vec3 spin = predicted == Vec3::Zero() ? predicted : stream.from.angular_velocity;
-    return !stream.upright &&
-           (spin - truth.angular_velocity).squaredNorm() > allowed_rps * allowed_rps;
+    const float apart_rps = stream.upright ? 0.0F : (spin - truth.angular_velocity).norm();
+    return (predicted - truth.velocity).norm() > allowed_mps || apart_rps > allowed_rps;
 }
 
 bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
