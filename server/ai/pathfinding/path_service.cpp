@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -36,7 +37,8 @@ PathService::PathService(const PathfindingSettings& settings,
     }
     std::vector<motion::CharacterLimits> bodies;
     for (std::size_t t = 0; t < types.size(); ++t) {
-        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter) {
+        const bool travels = settings.travels.empty() || settings.travels[t] != 0;
+        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter || !travels) {
             continue;
         }
         const motion::CharacterLimits& body = types[t].character;
@@ -55,7 +57,7 @@ PathService::PathService(const PathfindingSettings& settings,
     share.work_per_tick = std::max<std::uint64_t>(
         1, settings.work_per_tick / std::max<std::size_t>(1, bodies.size()));
     for (const motion::CharacterLimits& body : bodies) {
-        sizes_.push_back({make_map(share, statics, area, body, shut_, origin), {}});
+        sizes_.push_back({make_map(share, statics, area, body, shut_, origin), {}, false});
     }
 }
 
@@ -146,6 +148,10 @@ void PathService::follow_doors(Tick now) {
     requeued_.clear();
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
         note(sizes_[s].map->review_crowds(), s, requeued_);
+        sizes_[s].learned = sizes_[s].map->learn_exits();
+        std::copy_if(rough_.begin(), rough_.end(), std::back_inserter(requeued_), [&](Slot agent) {
+            return sizes_[s].learned && asked_[agent].size == s;
+        });
     }
     if (now >= next_turn_ && !sizes_.empty() && see_doors(now)) {
         for (std::size_t s = 0; s < sizes_.size(); ++s) {
@@ -167,20 +173,59 @@ void PathService::ask(Slot agent,
     if (agent >= asked_.size()) {
         asked_.resize(agent + std::size_t{1});
     }
-    Size& size = sizes_[size_of_type_[type]];
-    bool beyond = false;
-    if (const auto out = size.map->exit_towards(from, heights.from, to)) {
+    const pathfinding::Spot goal = to;
+    Asked asked{entity, {}, size_of_type_[type], false, false, {}};
+    if (const auto out = sizes_[asked.size].map->exit_towards(from, heights.from, to)) {
         to = out->at;
         heights.to = out->y;
-        beyond = true;
+        asked.beyond = true;
+        asked.rough = out->rough;
+        asked.goal = goal;
     }
-    const pathfinding::PathRequestId ticket =
-        size.map->ask({pathfinding::PathRequest::kAlone, from, to, heights.from, heights.to});
-    asked_[agent] = {entity, ticket, size_of_type_[type], beyond};
-    if (ticket.slot >= size.agent_of_request.size()) {
-        size.agent_of_request.resize(ticket.slot + std::size_t{1});
+    ask_of(agent, asked, {pathfinding::PathRequest::kAlone, from, to, heights.from, heights.to});
+}
+
+void PathService::ask_of(Slot agent, const Asked& asked, const pathfinding::PathRequest& request) {
+    Size& size = sizes_[asked.size];
+    asked_[agent] = asked;
+    asked_[agent].ticket = size.map->ask(request);
+    const std::uint32_t number = asked_[agent].ticket.slot;
+    if (number >= size.agent_of_request.size()) {
+        size.agent_of_request.resize(number + std::size_t{1});
     }
-    size.agent_of_request[ticket.slot] = agent;
+    size.agent_of_request[number] = agent;
+    if (asked.rough) {
+        note_rough(agent);
+    }
+}
+
+void PathService::note_rough(Slot agent) {
+    const auto after =
+        std::lower_bound(rough_.begin(), rough_.end(), agent, [this](Slot a, Slot b) {
+            return asked_[a].entity < asked_[b].entity;
+        });
+    rough_.insert(after, agent);
+}
+
+void PathService::refine_exits(std::size_t number) {
+    pathfinding::PathProvider& map = *sizes_[number].map;
+    const std::vector<Slot> rough = rough_;
+    for (const Slot agent : rough) {
+        Asked asked = asked_[agent];
+        if (asked.size != number) {
+            continue;
+        }
+        const pathfinding::PathProvider::RequestEnds ends = map.ends(asked.ticket);
+        const auto out = map.exit_towards(ends.from, pathfinding::kOnGround, asked.goal);
+        asked.rough = out && out->rough;
+        if (out && (out->at.x != ends.to.x || out->at.z != ends.to.z)) {
+            release(agent);
+            ask_of(agent, asked, {pathfinding::PathRequest::kAlone, ends.from, out->at});
+        } else if (!asked.rough) {
+            asked_[agent].rough = false;
+            std::erase(rough_, agent);
+        }
+    }
 }
 
 void PathService::know_zones(std::size_t size,
@@ -198,6 +243,9 @@ void PathService::forget_ground() {
 void PathService::release(Slot agent) {
     if (agent < asked_.size() && asked_[agent].size != kNoSize) {
         sizes_[asked_[agent].size].map->release(asked_[agent].ticket);
+        if (asked_[agent].rough) {
+            std::erase(rough_, agent);
+        }
         asked_[agent] = Asked();
     }
 }
@@ -205,6 +253,9 @@ void PathService::release(Slot agent) {
 void PathService::serve() {
     answered_.clear();
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
+        if (std::exchange(sizes_[s].learned, false)) {
+            refine_exits(s);
+        }
         sizes_[s].map->serve();
         note(sizes_[s].map->answered(), s, answered_);
     }
@@ -273,9 +324,10 @@ pathfinding::PathCounts PathService::counts() const {
 }
 
 std::size_t PathService::bytes() const {
-    std::size_t bytes = asked_.capacity() * sizeof(Asked) +
-                        (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
-                        shut_.capacity();
+    std::size_t bytes =
+        asked_.capacity() * sizeof(Asked) +
+        (answered_.capacity() + requeued_.capacity() + rough_.capacity()) * sizeof(Slot) +
+        shut_.capacity();
     for (const Size& size : sizes_) {
         bytes += size.map->bytes() + size.agent_of_request.capacity() * sizeof(Slot);
     }

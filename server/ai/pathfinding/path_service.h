@@ -34,6 +34,8 @@ struct SavedPathService {
         pathfinding::PathRequestId ticket;
         std::uint8_t size = kNoSize;  ///< size of its character; kNoSize: it has no request
         bool beyond = false;          ///< the goal lies beyond the zone
+        bool rough = false;           ///< beyond it, by an exit that may not be the best
+        pathfinding::Spot goal;       ///< rough: the goal beyond, zone-local, m
     };
 
     std::vector<Asked> asked;                    ///< ascending by entity
@@ -52,9 +54,9 @@ class PathService {
     PathService() = default;
 
     /// Bakes a map of `area` (zone-local, m; pathfinding::GroundGrid::defect_of() is empty) and an
-    /// index for each size of character that has an agent. Types with equal capsules and equal
-    /// abilities to climb share a size. Doors are as at `now`. `origin`: the origin of the zone in
-    /// the world. Throws where Recast cannot make a mesh of the area.
+    /// index for each size of character that has an agent that travels. Types with equal capsules
+    /// and equal abilities to climb share a size. Doors are as at `now`. `origin`: the origin of
+    /// the zone in the world. Throws where Recast cannot make a mesh of the area.
     PathService(const PathfindingSettings& settings,
                 const motion::StaticGeometry& statics,
                 const pathfinding::GroundRect& area,
@@ -69,10 +71,10 @@ class PathService {
 
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
-    /// Sets the doors as at `now`, and compares some of the paths with paths around crowds. A path
-    /// is looked for anew if a door cuts the part that its agent still has to go. It is also looked
-    /// for anew if an opened door may shorten it. Costs nothing where no door turns and no crowd
-    /// has changed.
+    /// Sets the doors as at `now`, and compares some of the paths with paths around crowds. Goes on
+    /// finding the costs that exits depend on; the next serve() goes by them. A path is looked for
+    /// anew if a door cuts the part that its agent still has to go. It is also looked for anew if
+    /// an opened door may shorten it. Costs nothing where no door turns and no crowd has changed.
     void follow_doors(Tick now);
 
     /// The ground from which portals of one size are made, see PathProvider::ground_map().
@@ -129,7 +131,7 @@ class PathService {
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
     /// Agents whose paths the last follow_doors() has cut, or may have made needlessly long,
-    /// ascending: they wait again.
+    /// ascending: they wait again. Also agents that the next serve() may lead to another exit.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
     /// True if bodies have to be counted in this tick, before serve().
@@ -190,6 +192,7 @@ class PathService {
     struct Size {
         std::unique_ptr<pathfinding::PathProvider> map;
         std::vector<Slot> agent_of_request;  // by the service's number of the request
+        bool learned = false;                // exits may be better since the last serve()
     };
 
     using Asked = SavedPathService::Asked;
@@ -209,6 +212,11 @@ class PathService {
               std::size_t number,
               std::vector<Slot>& out) const;
     static void put_in_order(std::vector<Slot>& agents);
+    /// Puts a request in place of the agent's.
+    void ask_of(Slot agent, const Asked& asked, const pathfinding::PathRequest& request);
+    /// Finds the exits of a size's rough paths again.
+    void refine_exits(std::size_t number);
+    void note_rough(Slot agent);
 
     std::vector<std::uint8_t> size_of_type_;
     std::vector<Size> sizes_;
@@ -217,6 +225,7 @@ class PathService {
     std::vector<Asked> asked_;                    // by slot of the agent
     std::vector<Slot> answered_;
     std::vector<Slot> requeued_;
+    std::vector<Slot> rough_;         // agents whose exits are rough, ascending by entity
     std::vector<std::uint8_t> shut_;  // by door
 };
 

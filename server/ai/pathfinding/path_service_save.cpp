@@ -55,6 +55,9 @@ std::string PathService::load(const SavedPathService& memory,
         size.agent_of_request[asked.ticket.slot] = slot;
         asked_.resize(std::max<std::size_t>(asked_.size(), slot + std::size_t{1}));
         asked_[slot] = asked;
+        if (asked.rough) {
+            note_rough(slot);
+        }
     }
     std::size_t taken = 0;
     for (const pathfinding::SavedPaths& map : memory.sizes) {

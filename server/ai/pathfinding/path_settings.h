@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace zoned::ai {
 
@@ -34,6 +35,8 @@ struct PathfindingSettings {
     /// kWaypointGraph: the waypoints of the world, in its coordinates; null: regular waypoints
     /// wherever one can stand.
     std::shared_ptr<const pathfinding::WaypointGraph> waypoints{};
+    /// By type of entity: 1 where its agents go to places, and need a map. Empty: all do.
+    std::vector<std::uint8_t> travels{};
 };
 
 }  // namespace zoned::ai

@@ -15,11 +15,14 @@ using pathfinding::Hinge;
 using pathfinding::PathEnd;
 using pathfinding::SavedField;
 using pathfinding::SavedPaths;
+using pathfinding::SavedPortalCosts;
+using pathfinding::SavedPortalRow;
 using pathfinding::SavedRequest;
+using pathfinding::SavedTable;
 using pathfinding::SavedTurn;
 using pathfinding::Spot;
 
-constexpr std::uint32_t kPathVersion = 3;
+constexpr std::uint32_t kPathVersion = 4;
 
 void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
@@ -168,6 +171,25 @@ void read_crowd(pathfinding::SavedCrowds& crowd, FieldReader& read) {
     read_list(crowd.goals, read, [&](auto& goal) { visit_goal(goal, read); });
 }
 
+void write_portal_costs(const SavedPortalCosts& costs, FieldWriter& write) {
+    write_count(costs.rows.size(), write);
+    for (const SavedPortalRow& row : costs.rows) {
+        write(row.portal);
+        write_numbers(row.costs, write);
+    }
+    write_numbers(costs.wanted, write);
+    write(costs.spread);
+}
+
+void read_portal_costs(SavedPortalCosts& costs, FieldReader& read) {
+    read_list(costs.rows, read, [&](SavedPortalRow& row) {
+        read(row.portal);
+        read_numbers(row.costs, read);
+    });
+    read_numbers(costs.wanted, read);
+    read(costs.spread);
+}
+
 void write_map(const SavedPaths& map, FieldWriter& write) {
     write_count(map.requests.size(), write);
     for (const SavedRequest& r : map.requests) {
@@ -187,8 +209,12 @@ void write_map(const SavedPaths& map, FieldWriter& write) {
         write(field.goal);
         write(field.used);
     }
-    write_numbers(map.tables, write);
-    write(map.next_table);
+    write_count(map.tables.size(), write);
+    for (const SavedTable& table : map.tables) {
+        write(table.node);
+        write(table.used);
+    }
+    write_portal_costs(map.portal_costs, write);
     write(map.tick);
     write(map.typical_work);
     write(map.cheap_work);
@@ -209,8 +235,11 @@ void read_map(SavedPaths& map, FieldReader& read) {
         read(field.goal);
         read(field.used);
     });
-    read_numbers(map.tables, read);
-    read(map.next_table);
+    read_list(map.tables, read, [&](SavedTable& table) {
+        read(table.node);
+        read(table.used);
+    });
+    read_portal_costs(map.portal_costs, read);
     read(map.tick);
     read(map.typical_work);
     read(map.cheap_work);
@@ -225,6 +254,9 @@ void visit_asked(AskedOf& asked, Visit& visit) {
     visit(asked.ticket.round);
     visit(asked.size);
     visit(asked.beyond);
+    visit(asked.rough);
+    visit(asked.goal.x);
+    visit(asked.goal.z);
 }
 
 }  // namespace

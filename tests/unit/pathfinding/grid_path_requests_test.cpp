@@ -278,6 +278,31 @@ TEST(GridPathRequests, KeepsTheBoundOnWaitingWhateverTheLoad) {
     }
 }
 
+TEST(GridPathRequests, AnswersAllWithFewerTablesThanGoals) {
+    const GroundMap ground = ground_of(joined_rooms());
+    GridPathSettings settings;
+    settings.longest_wait_ticks = 12;
+    settings.work_per_tick = 20'000;  // most go from region to region
+    GridPathRequests service(ground, settings);
+    const Load whole = ask_many(service, 600, 600, 1);
+    settings.tables = 2;
+    GridPathRequests small(ground, settings);
+    const Load few = ask_many(small, 600, 600, 1);
+    EXPECT_GT(few.by_regions, 100U);
+    EXPECT_EQ(few.wrong, 0U);
+    EXPECT_LE(few.longest, settings.longest_wait_ticks);
+    EXPECT_EQ(few.longest, whole.longest);
+    // Later the tables of those who no longer wait are replaced.
+    const std::size_t most = small.save().tables.size();
+    for (int round = 0; round < 30; ++round) {
+        EXPECT_EQ(ask_many(small, 3, 3, 7U + static_cast<std::uint64_t>(round)).wrong, 0U);
+        for (int tick = 0; tick < 13; ++tick) {
+            small.serve();
+        }
+    }
+    EXPECT_LE(small.save().tables.size(), most);
+}
+
 TEST(GridPathRequests, SpreadsWorkOverTicksUpToOneRequest) {
     const GroundMap ground = ground_of(joined_rooms());
     GridPathSettings settings;

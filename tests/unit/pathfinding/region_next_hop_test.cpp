@@ -5,7 +5,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace zoned::ai::pathfinding {
 
@@ -90,6 +93,59 @@ TEST(RegionNextHop, AreAfterChangesWhatTheyWouldBeAnew) {
             ASSERT_EQ(regions.hop(map, c, goal), anew.hop(map, c, goal));
         }
     }
+}
+
+TEST(RegionNextHop, KeepTheTablesOfTheLastGoalsAndAnswerForAll) {
+    core::Rng rng(11);
+    constexpr std::size_t kKept = 40;
+    const GridMap map = rooms_map(240, 240, 13, 3);
+    RegionNextHop regions(map, kKept);
+    ASSERT_GT(regions.regions(), 3 * kKept);
+    RegionNextHop all(map, regions.regions());
+    while (all.lacks_tables()) {
+        all.prepare_next(0);
+    }
+    for (std::uint64_t tick = 1; tick <= 600; ++tick) {
+        const Cell goal = any_cell(map, rng);
+        regions.prepare(map, goal, {tick, tick});
+        for (int i = 0; i < 10; ++i) {
+            const Cell c = any_cell(map, rng);
+            ASSERT_EQ(regions.hop(map, c, goal), all.hop(map, c, goal)) << tick;
+            ASSERT_EQ(regions.cells(map, c, goal), all.cells(map, c, goal)) << tick;
+        }
+    }
+    const auto tables = [](const RegionNextHop& of) {
+        std::vector<std::pair<Cell, std::uint64_t>> all;
+        of.visit_tables([&all](Cell c, std::uint64_t used) { all.emplace_back(c, used); });
+        return all;
+    };
+    std::vector<Cell> middles;
+    regions.visit_middles([&middles](Cell c) { middles.push_back(c); });
+    for (std::uint64_t i = 0; i < middles.size(); ++i) {
+        regions.prepare(map, middles[i], {1000 + i, 1000 + i});
+    }
+    // The last ones, each with the tick of its use.
+    EXPECT_EQ(tables(regions).size(), kKept);
+    for (const auto& [cell, used] : tables(regions)) {
+        EXPECT_GE(used, 1000 + middles.size() - kKept);
+    }
+    // A copy made of what is saved replaces the same ones.
+    RegionNextHop copy(map, kKept);
+    for (const auto& [cell, used] : tables(regions)) {
+        copy.prepare(map, cell, {used, 0});
+    }
+    for (std::uint64_t tick = 3000; tick < 3200; ++tick) {
+        const Cell goal = any_cell(map, rng);
+        const bool was_made = regions.prepare(map, goal, {tick, tick - 5});
+        ASSERT_EQ(copy.prepare(map, goal, {tick, tick - 5}), was_made) << tick;
+        ASSERT_EQ(tables(copy), tables(regions)) << tick;
+    }
+    // Those that are needed stay, however many.
+    for (const Cell c : middles) {
+        regions.prepare(map, c, {4000, 4000});
+    }
+    EXPECT_TRUE(std::all_of(
+        middles.begin(), middles.end(), [&](Cell c) { return regions.prepared(map, c); }));
 }
 
 TEST(RegionNextHop, LeadAlongWaysThatAreNotFarFromTheBest) {

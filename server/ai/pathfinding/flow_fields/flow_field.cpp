@@ -71,8 +71,8 @@ void FlowField::build(const GridMap& map, Cell goal) {
 
 void FlowField::begin(const GridMap& map, Cell goal) {
     make_room(map, map.passable_cells());
-    std::fill(cost_.begin(), cost_.end(), kNoCost);
-    std::fill(hop_.begin(), hop_.end(), kNoHop);
+    std::ranges::fill(cost_.all(), kNoCost);
+    std::ranges::fill(hop_.all(), kNoHop);
     start(map, std::span(&goal, 1));
 }
 
@@ -102,25 +102,25 @@ void FlowField::close_window(const GridMap& map, const Window& window) {
     const auto width = static_cast<std::uint32_t>(window.right - window.left + 3);
     const auto height = static_cast<std::uint32_t>(window.bottom - window.top + 3);
     for (std::uint32_t y = 0; y < height; ++y) {
-        const auto row = static_cast<std::ptrdiff_t>(corner + y * map.stride());
+        const std::size_t row = corner + y * map.stride();
         const bool edge = y == 0 || y + 1 == height;
-        std::fill_n(cost_.begin() + row, width, edge ? 0 : kNoCost);
-        cost_[static_cast<std::size_t>(row)] = 0;
-        cost_[static_cast<std::size_t>(row) + width - 1] = 0;
-        std::fill_n(hop_.begin() + row, width, kNoHop);
+        std::ranges::fill(cost_.all().subspan(row, width), edge ? 0 : kNoCost);
+        cost_[row] = 0;
+        cost_[row + width - 1] = 0;
+        std::ranges::fill(hop_.all().subspan(row, width), kNoHop);
     }
 }
 
 void FlowField::make_room(const GridMap& map, std::size_t reached) {
     ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     if (cost_.size() != map.places()) {
-        cost_.resize(map.places());
-        hop_.resize(map.places());
+        cost_ = ZeroPages<Cost>(map.places());
+        hop_ = ZeroPages<Hop>(map.places());
     }
     // One more than a bucket can hold: an entry without change is written behind the last one.
     if (buckets_[0].places.size() < reached + 1) {
         for (Bucket& b : buckets_) {
-            b.places.resize(reached + 1);
+            b.places = ZeroPages<Place>(reached + 1);
         }
     }
 }
@@ -166,15 +166,15 @@ void FlowField::spread(const GridMap& map, std::size_t count) {
     const std::array<std::int32_t, 8> offsets{
         1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
     const std::uint64_t* const words = map.row_bits().data();
-    const Place* const from = buckets_[0].places.data() + next_;
-    Place* const next = buckets_[1].places.data();
-    Place* const after = buckets_[2].places.data();
+    const Place* const from = buckets_[0].places.all().data() + next_;
+    Place* const next = buckets_[1].places.all().data();
+    Place* const after = buckets_[2].places.all().data();
     std::size_t next_size = buckets_[1].size;
     std::size_t after_size = buckets_[2].size;
     const Cost next_end = first_cost_ + 2 * kStraight;
     const Cost after_end = first_cost_ + 3 * kStraight;
-    Cost* const cost = cost_.data();
-    Hop* const hop = hop_.data();
+    Cost* const cost = cost_.all().data();
+    Hop* const hop = hop_.all().data();
     Cost longest = longest_;
     for (std::size_t i = 0; i < count; ++i) {
         const Place at = from[i];
@@ -212,8 +212,8 @@ void FlowField::spread(const GridMap& map, std::size_t count) {
 }
 
 std::size_t FlowField::bytes() const {
-    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
-           kBuckets * buckets_[0].places.capacity() * sizeof(Place);
+    return cost_.size() * sizeof(Cost) + hop_.size() * sizeof(Hop) +
+           kBuckets * buckets_[0].places.size() * sizeof(Place);
 }
 
 }  // namespace zoned::ai::pathfinding

@@ -3,6 +3,7 @@
 
 #include "server/ai/pathfinding/grid/cost.h"
 #include "server/ai/pathfinding/grid/grid_map.h"
+#include "server/ai/pathfinding/grid/zero_pages.h"
 
 #include <array>
 #include <cstddef>
@@ -72,7 +73,9 @@ class FlowField {
     [[nodiscard]] Cost longest() const { return longest_; }
 
     /// All hops, by place.
-    void copy_hops(std::vector<Hop>& hops) const { hops.assign(hop_.begin(), hop_.end()); }
+    void copy_hops(std::vector<Hop>& hops) const {
+        hops.assign(hop_.all().begin(), hop_.all().end());
+    }
 
     [[nodiscard]] std::size_t bytes() const;
 
@@ -81,7 +84,7 @@ class FlowField {
     /// places that have become cheaper since and are in an earlier bucket too. Only the first
     /// `size` entries count; the rest is room.
     struct Bucket {
-        std::vector<Place> places;
+        ZeroPages<Place> places;
         std::size_t size = 0;
     };
 
@@ -95,8 +98,8 @@ class FlowField {
     /// Settles `count` places of the first bucket.
     void spread(const GridMap& map, std::size_t count);
 
-    std::vector<Cost> cost_;
-    std::vector<Hop> hop_;
+    ZeroPages<Cost> cost_;
+    ZeroPages<Hop> hop_;
     std::array<Bucket, kBuckets> buckets_;  // the bucket of first_cost_, and the ones after it
     Cost first_cost_ = 0;                   // lower bound of the first bucket
     std::size_t next_ = 0;                  // index in the first bucket

@@ -317,6 +317,9 @@ class Bakery {
         for_each_pair([&](Cell c, Cell to, unsigned ahead) {
             const Place p = out_.cells.place(c);
             const Place q = out_.cells.place(to);
+            if (near_[p] != kTried && near_[q] != kTried) {
+                return;  // joined already, see steps()
+            }
             if ((c.x == to.x || c.y == to.y) != straight || !out_.cells.passable(p) ||
                 !out_.cells.passable(q) || !out_.cells.passable(Cell{c.x, to.y}) ||
                 !out_.cells.passable(Cell{to.x, c.y})) {

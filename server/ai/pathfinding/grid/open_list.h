@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
+#include "server/ai/pathfinding/grid/zero_pages.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,22 +19,17 @@ class OpenList {
     void resize(std::uint32_t nodes) {
         heap_.clear();
         heap_.reserve(nodes);
-        at_.assign(nodes, kAbsent);
+        at_ = ZeroPages<std::uint32_t>(nodes);
     }
 
     [[nodiscard]] bool empty() const { return heap_.empty(); }
 
-    void clear() {
-        for (const OpenEntry& e : heap_) {
-            at_[e.node] = kAbsent;
-        }
-        heap_.clear();
-    }
+    void clear() { heap_.clear(); }
 
     /// Adds the node, or makes it cheaper; a key that is not smaller changes nothing.
     void push(std::uint32_t node, std::uint64_t key) {
         std::uint32_t i = at_[node];
-        if (i == kAbsent) {
+        if (!contains(node)) {
             i = static_cast<std::uint32_t>(heap_.size());
             heap_.push_back({key, node});
         } else if (key >= heap_[i].key) {
@@ -42,12 +38,15 @@ class OpenList {
         rise({key, node}, i);
     }
 
-    [[nodiscard]] bool contains(std::uint32_t node) const { return at_[node] != kAbsent; }
+    /// The position of a node without an entry may be anything: its entry would name it. Source:
+    /// Briggs and Torczon, "An efficient representation for sparse sets", LOPLAS 2, 1993.
+    [[nodiscard]] bool contains(std::uint32_t node) const {
+        return at_[node] < heap_.size() && heap_[at_[node]].node == node;
+    }
 
     /// Takes out the node with the smallest key; the list must not be empty.
     std::uint32_t pop() {
         const std::uint32_t node = heap_.front().node;
-        at_[node] = kAbsent;
         const OpenEntry last = heap_.back();
         heap_.pop_back();
         if (!heap_.empty()) {
@@ -61,8 +60,6 @@ class OpenList {
         std::uint64_t key;
         std::uint32_t node;
     };
-
-    static constexpr std::uint32_t kAbsent = ~0U;
 
     void rise(const OpenEntry& e, std::uint32_t i) {
         while (i != 0) {
@@ -103,7 +100,7 @@ class OpenList {
     }
 
     std::vector<OpenEntry> heap_;
-    std::vector<std::uint32_t> at_;
+    ZeroPages<std::uint32_t> at_;  // by node: its position in heap_, where it has one
 };
 
 /// SearchSpace: a search's data about each node. A new search forgets them without touching all of
@@ -111,7 +108,7 @@ class OpenList {
 class SearchSpace {
   public:
     void resize(std::uint32_t nodes) {
-        known_.assign(nodes, KnownNode{});
+        known_ = ZeroPages<KnownNode>(nodes);
         open.resize(nodes);
         search_ = 0;
     }
@@ -120,7 +117,7 @@ class SearchSpace {
     void begin() {
         open.clear();
         if (++search_ == 0) {
-            known_.assign(known_.size(), KnownNode{});
+            known_ = ZeroPages<KnownNode>(known_.size());
             search_ = 1;
         }
     }
@@ -152,7 +149,7 @@ class SearchSpace {
         std::uint32_t tag = 0;
     };
 
-    std::vector<KnownNode> known_;
+    ZeroPages<KnownNode> known_;
     std::uint32_t search_ = 0;
 };
 

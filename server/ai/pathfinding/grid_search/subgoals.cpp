@@ -137,7 +137,8 @@ class Rays {
   public:
     explicit Rays(const GridMap& map)
         : map_(map),
-          meets_(std::make_unique_for_overwrite<Meets[]>(map.places())) {
+          meets_(std::make_unique_for_overwrite<Places[]>(map.places())),
+          next_(std::make_unique_for_overwrite<Places[]>(map.places())) {
         const auto stride = static_cast<std::int32_t>(map.stride());
         for (std::size_t d = 0; d < 4; ++d) {
             offset_[d] = kCompassX[d] + kCompassY[d] * stride;
@@ -152,10 +153,21 @@ class Rays {
             if (downwards) {
                 take(first + i, 2);
                 take(first + i, 3);
+                take_diagonal(first + i, 2);
             } else {
                 take(first + width - 1 - i, 0);
                 take(first + width - 1 - i, 1);
+                take_diagonal(first + width - 1 - i, 0);
+                take_diagonal(first + width - 1 - i, 1);
             }
+        }
+    }
+
+    /// Before the doors of a row; rows from the top, once all are taken.
+    void finish_row(int y) {
+        const Place first = map_.place({0, static_cast<std::uint16_t>(y)});
+        for (Place i = 0; i < static_cast<Place>(map_.width()); ++i) {
+            take_diagonal(first + i, 3);
         }
     }
 
@@ -166,11 +178,7 @@ class Rays {
             meet(p, d, found);
         }
         for (std::size_t d = 0; d < 4; ++d) {
-            const std::int32_t a = offset_[d];
-            const std::int32_t b = offset_[(d + 1) % 4];
-            Place on = p;
-            while (passable(on, a) && passable(on, b) && passable(on, a + b)) {
-                on = static_cast<Place>(static_cast<std::int32_t>(on) + a + b);
+            for (Place on = next_[p][d]; on != kNoPlace; on = next_[on][d]) {
                 meet(on, d, found);
                 meet(on, (d + 1) % 4, found);
             }
@@ -178,7 +186,7 @@ class Rays {
     }
 
   private:
-    using Meets = std::array<Place, 4>;
+    using Places = std::array<Place, 4>;
 
     [[nodiscard]] bool passable(Place p, std::int32_t offset) const {
         return map_.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
@@ -204,9 +212,24 @@ class Rays {
         meets_[p][d] = jump ? ahead : meets_[ahead][d];
     }
 
+    /// The next place on the diagonal after direction `d` from which rays meet anything: in open
+    /// country nearly none does. Those ahead were taken.
+    void take_diagonal(Place p, std::size_t d) {
+        const std::int32_t a = offset_[d];
+        const std::int32_t b = offset_[(d + 1) % 4];
+        next_[p][d] = kNoPlace;
+        if (map_.passable(p) && passable(p, a) && passable(p, b) && passable(p, a + b)) {
+            const auto ahead = static_cast<Place>(static_cast<std::int32_t>(p) + a + b);
+            const bool meets =
+                meets_[ahead][d] != kNoPlace || meets_[ahead][(d + 1) % 4] != kNoPlace;
+            next_[p][d] = meets ? ahead : next_[ahead][d];
+        }
+    }
+
     const GridMap& map_;
     std::array<std::int32_t, 4> offset_{};
-    std::unique_ptr<Meets[]> meets_;  // by place; of rows that were taken
+    std::unique_ptr<Places[]> meets_;  // by place; of rows that were taken
+    std::unique_ptr<Places[]> next_;   // by place, the next one on each diagonal
 };
 
 }  // namespace
@@ -253,7 +276,7 @@ ResumableTask Subgoals::build(const GridMap& map,
     }
     {
         Rays rays(map);
-        const Spent touched{row.units + memory_units(map.stride() * 4 * sizeof(Place))};
+        const Spent touched{row.units + memory_units(map.stride() * 8 * sizeof(Place))};
         for (int i = 0; i < 2 * map.height(); ++i) {
             const bool down = i < map.height();
             rays.take_row(down ? i : 2 * map.height() - 1 - i, down);
@@ -267,6 +290,11 @@ ResumableTask Subgoals::build(const GridMap& map,
         bool fits = true;
         for (Place end = map.stride(); s.first_door_.size() <= map.places(); end += map.stride()) {
             const std::size_t before = s.doors_.size();
+            const int y =
+                static_cast<int>(end / map.stride()) - 3;  // two rows of border come first
+            if (y >= 0 && y < map.height()) {
+                rays.finish_row(y);
+            }
             for (Place p = end - map.stride(); p < end; ++p) {
                 if (map.passable(p)) {
                     rays.doors(p, [&](Place q) {
@@ -285,7 +313,7 @@ ResumableTask Subgoals::build(const GridMap& map,
             }
         }
     }
-    if (co_await Spent{memory_units(map.places() * sizeof(Place))}) {  // rays are given back
+    if (co_await Spent{memory_units(2 * map.places() * sizeof(Place))}) {  // rays are given back
         co_return;
     }
     Clearances clear(map, number);

@@ -41,8 +41,9 @@ int side_for(const GridMap& map) {
 
 }  // namespace
 
-RegionNextHop::RegionNextHop(const GridMap& map)
-    : side_(side_for(map)),
+RegionNextHop::RegionNextHop(const GridMap& map, std::size_t most_tables)
+    : most_tables_(most_tables),
+      side_(side_for(map)),
       across_((map.width() + side_ - 1) / side_),
       down_((map.height() + side_ - 1) / side_),
       squares_(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_)),
@@ -68,9 +69,7 @@ void RegionNextHop::note(std::span<const CellChange> changes) {
     for (const CellChange& c : changes) {
         note_square(square_of(c.cell), kAllSides);
     }
-    for (auto& row : far_) {
-        row.clear();
-    }
+    forget_tables();
 }
 
 std::uint64_t RegionNextHop::settle(const GridMap& map) {
@@ -192,7 +191,9 @@ RegionNextHop::RegionBox RegionNextHop::fill_region(const GridMap& map,
             first.y,
             static_cast<std::uint16_t>(right - left + 1),
             static_cast<std::uint16_t>(bottom - first.y + 1),
-            middle};
+            middle,
+            stack_.size() == static_cast<std::size_t>(right - left + 1) *
+                                 static_cast<std::size_t>(bottom - first.y + 1)};
 }
 
 void RegionNextHop::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides) {
@@ -224,6 +225,9 @@ void RegionNextHop::keep_exits(std::uint32_t square, std::uint16_t region, std::
         const Exit& exit = old_.exits[e];
         if (exit.square == beyond) {
             s.exits.push_back(exit);
+            if (exit.open) {
+                continue;
+            }
             s.exits.back().first = static_cast<std::uint32_t>(s.steps.size());
             const auto first = old_.steps.begin() + exit.first;
             s.steps.insert(s.steps.end(), first, first + steps);
@@ -258,7 +262,7 @@ void RegionNextHop::add_exits(const GridMap& map,
             crossings_.push_back(touched_[i].cell);
         }
         const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
-        add_exit(map, square, {region, other, beyond, 0, 0}, side);
+        add_exit(map, square, {region, other, beyond, 0, false, 0}, side);
     }
 }
 
@@ -267,28 +271,60 @@ void RegionNextHop::add_exit(const GridMap& map,
                              const Exit& exit,
                              Hop across) {
     Square& s = squares_[square];
-    // Nothing of the region lies beyond its box.
     const RegionBox& box = s.boxes[exit.region];
+    s.exits.push_back(exit);
+    Exit& added = s.exits.back();
+    const std::size_t line = across < 2 ? box.height : box.width;
+    units_ += kExitCellUnits * static_cast<std::uint64_t>(box.width * box.height);
+    added.open = box.whole && crossings_.size() == line;
+    if (added.open) {
+        added.first = open_exit(map, box, across);
+    } else {
+        added.first = static_cast<std::uint32_t>(s.steps.size());
+        append_steps(map, box, exit.region, across, s.steps);
+    }
+    added.cells = std::uint32_t{step(s, added, box.middle)} >> kHopBits;
+}
+
+/// The first of the steps of an exit along a whole side of an open box.
+std::uint32_t RegionNextHop::open_exit(const GridMap& map, const RegionBox& box, Hop across) {
+    for (const OpenExit& known : open_exits_) {
+        if (known.width == box.width && known.height == box.height && known.side == across) {
+            return known.first;
+        }
+    }
+    const auto first = static_cast<std::uint32_t>(open_steps_.size());
+    open_exits_.push_back({box.width, box.height, across, first});
+    append_steps(map,
+                 box,
+                 static_cast<std::uint16_t>(label_[map.place(box.middle)] - 1),
+                 across,
+                 open_steps_);
+    return first;
+}
+
+void RegionNextHop::append_steps(const GridMap& map,
+                                 const RegionBox& box,
+                                 std::uint16_t region,
+                                 Hop across,
+                                 std::vector<Step>& steps) {
+    // Nothing of the region lies beyond its box.
     field_.build(
         map, crossings_, {box.left, box.top, box.left + box.width - 1, box.top + box.height - 1});
-    units_ += kExitCellUnits * static_cast<std::uint64_t>(box.width * box.height);
-    s.exits.push_back(exit);
-    s.exits.back().first = static_cast<std::uint32_t>(s.steps.size());
     for (int y = box.top; y < box.top + box.height; ++y) {
         for (int x = box.left; x < box.left + box.width; ++x) {
             const Place p = map.place(area_cell(x, y));
-            if (label_[p] != exit.region + 1) {
-                s.steps.push_back(kNoHop);
+            if (label_[p] != region + 1) {
+                steps.push_back(kNoHop);
                 continue;
             }
             // Rounded up: each step is still nearer by a cell at least.
             const std::uint32_t cells =
                 std::min((field_.cost(p) + kStraight - 1) / kStraight, kFarthestExit);
             const Hop hop = field_.hop(p) == kArrived ? across : field_.hop(p);
-            s.steps.push_back(static_cast<Step>(cells << kHopBits | hop));
+            steps.push_back(static_cast<Step>(cells << kHopBits | hop));
         }
     }
-    s.exits.back().cells = std::uint32_t{step(s, s.exits.back(), box.middle)} >> kHopBits;
 }
 
 void RegionNextHop::join_regions_of_squares() {
@@ -317,21 +353,52 @@ void RegionNextHop::join_regions_of_squares() {
     }
     open_.resize(first_region_.back());
     cells_to_.assign(first_region_.back(), ~0U);
-    far_.resize(first_region_.back());
-    for (auto& row : far_) {
-        row.clear();
-    }
+    forget_tables();
 }
 
-void RegionNextHop::prepare(const GridMap& map, Cell to) {
+bool RegionNextHop::prepare(const GridMap& map, Cell to, const TableUse& use) {
     ZONED_ASSERT(settled() && map.passable(to), "a goal that is blocked, or what is not settled");
-    measure(region_of(map, to));
+    const std::uint32_t goal = region_of(map, to);
+    if (table_of_[goal] == kNoTable) {
+        make_table(goal, use);
+        return true;
+    }
+    tables_[table_of_[goal]].used = use.now;
+    return false;
+}
+
+void RegionNextHop::prepare_next(std::uint64_t now) {
+    const auto first = std::find(table_of_.begin(), table_of_.end(), kNoTable);
+    make_table(static_cast<std::uint32_t>(first - table_of_.begin()), {now, 0});
+}
+
+void RegionNextHop::make_table(std::uint32_t goal, const TableUse& use) {
+    table_of_[goal] = free_table(use.needed_since);
+    tables_[table_of_[goal]].goal = goal;
+    tables_[table_of_[goal]].used = use.now;
+    measure(goal);
+}
+
+std::uint32_t RegionNextHop::free_table(std::uint64_t needed_since) {
+    if (used_tables_ >= most_tables_) {
+        const auto oldest =
+            std::min_element(tables_.begin(),
+                             tables_.begin() + static_cast<std::ptrdiff_t>(used_tables_),
+                             [](const Table& a, const Table& b) {
+                                 return a.used != b.used ? a.used < b.used : a.goal < b.goal;
+                             });
+        if (oldest->used < needed_since) {
+            table_of_[oldest->goal] = kNoTable;
+            return static_cast<std::uint32_t>(oldest - tables_.begin());
+        }
+    }
+    if (used_tables_ == tables_.size()) {
+        tables_.emplace_back();
+    }
+    return static_cast<std::uint32_t>(used_tables_++);
 }
 
 void RegionNextHop::measure(std::uint32_t goal) {
-    if (!far_[goal].empty()) {
-        return;
-    }
     std::fill(cells_to_.begin(), cells_to_.end(), ~0U);
     cells_to_[goal] = 0;
     open_.push(goal, 0);
@@ -345,8 +412,9 @@ void RegionNextHop::measure(std::uint32_t goal) {
             }
         }
     }
-    std::vector<std::uint16_t>& row = far_[goal];
-    row.reserve(far_.size());
+    std::vector<std::uint16_t>& row = tables_[table_of_[goal]].far;
+    row.clear();
+    row.reserve(cells_to_.size());
     for (const std::uint32_t c : cells_to_) {
         row.push_back(static_cast<std::uint16_t>(std::min<std::uint32_t>(c, kNoPathThere)));
     }
@@ -356,8 +424,8 @@ const RegionNextHop::Exit* RegionNextHop::best_exit(const Square& square,
                                                     std::uint32_t region,
                                                     std::uint32_t goal,
                                                     Cell from) const {
-    ZONED_ASSERT(!far_[goal].empty(), "a goal that is not prepared");
-    const std::uint16_t* const far = far_[goal].data();
+    ZONED_ASSERT(table_of_[goal] != kNoTable, "a goal that is not prepared");
+    const std::uint16_t* const far = tables_[table_of_[goal]].far.data();
     const std::uint32_t local =
         region - first_region_[static_cast<std::size_t>(&square - squares_.data())];
     std::uint32_t least = ~0U;
@@ -378,21 +446,9 @@ const RegionNextHop::Exit* RegionNextHop::best_exit(const Square& square,
     return best;
 }
 
-std::vector<Cell> RegionNextHop::prepared() const {
-    std::vector<Cell> cells;
-    std::uint32_t region = 0;
-    visit_middles([&](Cell middle) {
-        if (prepared(region++)) {
-            cells.push_back(middle);
-        }
-    });
-    return cells;
-}
-
 void RegionNextHop::forget_tables() {
-    for (auto& row : far_) {
-        row.clear();
-    }
+    used_tables_ = 0;
+    table_of_.assign(first_region_.back(), kNoTable);
 }
 
 Hop RegionNextHop::hop(const GridMap& map, Cell from, Cell to) const {
@@ -419,7 +475,7 @@ std::uint32_t RegionNextHop::cells(const GridMap& map, Cell from, Cell to) const
     }
     const Cell middle = squares_[square_of(to)].boxes[label_[map.place(to)] - 1U].middle;
     return (std::uint32_t{step(square, *exit, from)} >> kHopBits) + 1 +
-           far_[goal][first_region_[exit->square] + exit->other] +
+           tables_[table_of_[goal]].far[first_region_[exit->square] + exit->other] +
            octile(middle.x - to.x, middle.y - to.y) / kStraight;
 }
 
@@ -430,9 +486,10 @@ std::size_t RegionNextHop::bytes() const {
         bytes += sizeof(Square) + s.boxes.capacity() * sizeof(RegionBox) +
                  s.exits.capacity() * sizeof(Exit) + s.steps.capacity() * sizeof(Step);
     }
-    for (const auto& row : far_) {
-        bytes += row.capacity() * sizeof(std::uint16_t);
+    for (const Table& table : tables_) {
+        bytes += sizeof(Table) + table.far.capacity() * sizeof(std::uint16_t);
     }
+    bytes += open_steps_.capacity() * sizeof(Step) + table_of_.capacity() * sizeof(std::uint32_t);
     return bytes;
 }
 

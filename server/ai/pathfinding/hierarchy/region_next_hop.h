@@ -16,14 +16,17 @@ namespace zoned::ai::pathfinding {
 /// region has an exit to each region beyond the square's sides that it touches. Each cell stores
 /// the next step to each exit of its region, and the distance. The distances of all regions to a
 /// goal's region are computed when a goal there is first requested. So an agent without a path can
-/// set out at once. Source for routes over coarse regions: Sturtevant, "Memory-efficient
-/// abstractions for pathfinding", AIIDE 2007.
+/// set out at once. The tables of the last goals' regions are kept. Source for routes over
+/// coarse regions: Sturtevant, "Memory-efficient abstractions for pathfinding", AIIDE 2007.
 ///
 /// Hops lead to the goal, but not by a best path. Each exit leads nearer to the goal, region by
 /// region, and each step nearer to an exit.
 class RegionNextHop {
   public:
-    explicit RegionNextHop(const GridMap& map);
+    /// Tables that are kept; more are kept only while all are needed.
+    static constexpr std::size_t kTables = 512;
+
+    explicit RegionNextHop(const GridMap& map, std::size_t most_tables = kTables);
 
     /// Call after `changes` to the map: drops the distances between regions. Nothing else may be
     /// called until settle() has renewed the squares that the changes touch.
@@ -39,23 +42,45 @@ class RegionNextHop {
         settle(map);
     }
 
-    /// Makes the table for goals in the region of `to`, a passable cell, unless it exists. hop() is
-    /// then const, for any number of threads.
-    void prepare(const GridMap& map, Cell to);
+    /// TableUse: the tick of a use. Tables that were used since `needed_since` are not replaced.
+    struct TableUse {
+        std::uint64_t now = 0;
+        std::uint64_t needed_since = 0;
+    };
 
-    /// Makes the table of one region, 0 to regions() - 1, unless it exists.
-    void prepare(std::uint32_t region) { measure(region); }
+    /// Makes the table for goals in the region of `to`, a passable cell, unless it exists; true
+    /// where it was made. It replaces the one that was used longest ago where there are as many as
+    /// are kept.
+    /// hop() is then const, for any number of threads.
+    bool prepare(const GridMap& map, Cell to, const TableUse& use);
 
-    [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
-        return settled() && !far_[region_of(map, to)].empty();
+    bool prepare(const GridMap& map, Cell to) { return prepare(map, to, {0, 0}); }
+
+    /// True if some region has no table, and all tables together may be kept.
+    [[nodiscard]] bool lacks_tables() const {
+        return settled() && used_tables_ < regions() && regions() <= most_tables_;
     }
 
-    [[nodiscard]] bool prepared(std::uint32_t region) const { return !far_[region].empty(); }
+    /// Makes the table of the first region that has none.
+    void prepare_next(std::uint64_t now);
 
-    /// A cell of each region that has a table.
-    [[nodiscard]] std::vector<Cell> prepared() const;
+    [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
+        return settled() && table_of_[region_of(map, to)] != kNoTable;
+    }
 
     void forget_tables();
+
+    /// Calls `visit(cell, used)` for a cell of each region that has a table, ascending by region.
+    template <class Visit>
+    void visit_tables(const Visit& visit) const {
+        std::uint32_t region = 0;
+        visit_middles([&](Cell middle) {
+            const std::uint32_t table = table_of_[region++];
+            if (table != kNoTable) {
+                visit(middle, tables_[table].used);
+            }
+        });
+    }
 
     /// True if both lie in one region: hop() then has no answer.
     [[nodiscard]] bool together(const GridMap& map, Cell a, Cell b) const {
@@ -97,7 +122,7 @@ class RegionNextHop {
         return true;
     }
 
-    [[nodiscard]] std::size_t regions() const { return far_.size(); }
+    [[nodiscard]] std::size_t regions() const { return first_region_.back(); }
 
     /// Calls `visit(cell)` for a cell of each region.
     template <class Visit>
@@ -122,14 +147,23 @@ class RegionNextHop {
   private:
     using Step = std::uint16_t;  ///< a hop in its low four bits, the distance in cells above them
 
+    static constexpr std::uint32_t kNoTable = ~0U;
     static constexpr unsigned kHopBits = 4;
     static constexpr unsigned kHopMask = 15;
+
+    /// Distances in cells to a region, by region.
+    struct Table {
+        std::uint32_t goal = 0;
+        std::uint64_t used = 0;
+        std::vector<std::uint16_t> far;
+    };
 
     struct Exit {
         std::uint16_t region;  ///< number in the square
         std::uint16_t other;   ///< number in the square beyond
         std::uint32_t square;  ///< the square beyond
         std::uint32_t first;   ///< index of the first of its steps, which cover the region's box
+        bool open;             ///< its steps are in open_steps_
         std::uint32_t cells;   ///< distance to it from the cell that stands for the region
     };
 
@@ -137,6 +171,15 @@ class RegionNextHop {
     struct RegionBox {
         std::uint16_t left, top, width, height;
         Cell middle;
+        bool whole;  ///< all of the box
+    };
+
+    /// The steps of an exit that is all of a side, from a region that is all of its box. Most of
+    /// the squares in open country have these, so they share them.
+    struct OpenExit {
+        std::uint16_t width, height;
+        Hop side;
+        std::uint32_t first;  ///< index of the first of them in open_steps_
     };
 
     struct Square {
@@ -168,8 +211,9 @@ class RegionNextHop {
 
     [[nodiscard]] Step step(const Square& square, const Exit& exit, Cell c) const {
         const RegionBox& box = square.boxes[exit.region];
-        return square.steps[exit.first + static_cast<std::uint32_t>(c.y - box.top) * box.width +
-                            static_cast<std::uint32_t>(c.x - box.left)];
+        const std::vector<Step>& steps = exit.open ? open_steps_ : square.steps;
+        return steps[exit.first + static_cast<std::uint32_t>(c.y - box.top) * box.width +
+                     static_cast<std::uint32_t>(c.x - box.left)];
     }
 
     /// The labels along a square's sides, in the order of hops.
@@ -187,6 +231,12 @@ class RegionNextHop {
     void find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides);
     void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t region, Hop side);
     void add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across);
+    [[nodiscard]] std::uint32_t open_exit(const GridMap& map, const RegionBox& box, Hop across);
+    void append_steps(const GridMap& map,
+                      const RegionBox& box,
+                      std::uint16_t region,
+                      Hop across,
+                      std::vector<Step>& steps);
     void keep_exits(std::uint32_t square, std::uint16_t region, std::uint32_t beyond);
     /// The square beyond a side of a square; the square itself where that is off the map.
     [[nodiscard]] std::uint32_t beside(std::uint32_t square, Hop side) const;
@@ -196,8 +246,11 @@ class RegionNextHop {
                                         std::uint32_t region,
                                         std::uint32_t goal,
                                         Cell from) const;
+    void make_table(std::uint32_t goal, const TableUse& use);
     void measure(std::uint32_t goal);
-
+    /// The table to be filled: a new one, or the one that was used longest ago.
+    std::uint32_t free_table(std::uint64_t needed_since);
+    std::size_t most_tables_;
     int side_;
     int across_;
     int down_;
@@ -206,10 +259,13 @@ class RegionNextHop {
     std::vector<std::uint32_t> first_region_;  // by square, and one more
     std::vector<std::uint32_t> first_edge_;    // by region, and one more
     std::vector<RegionEdge> edges_;
-    std::vector<std::vector<std::uint16_t>> far_;  // by goal's region: by region the distance in
-                                                   // cells
-    OpenList open_;                                // regions
-    std::vector<std::uint32_t> cells_to_;          // by region, distance in the present search
+    std::vector<Table> tables_;  // the first used_tables_ count, the rest is room
+    std::size_t used_tables_ = 0;
+    std::vector<std::uint32_t> table_of_;  // by goal's region
+    std::vector<OpenExit> open_exits_;
+    std::vector<Step> open_steps_;
+    OpenList open_;                        // regions
+    std::vector<std::uint32_t> cells_to_;  // by region, distance in the present search
     FlowField field_;
     std::vector<Cell> stack_;
     std::vector<Cell> crossings_;

@@ -13,8 +13,6 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Tables to all goals' regions are made beforehand where there are no more regions.
-constexpr std::size_t kMostTables = 1500;
 /// The assumed cost of a path from region to region before one was made.
 constexpr std::uint64_t kFirstCheapWork = 4000;
 /// One so-manieth of the work that is left of a tick goes into the index.
@@ -38,9 +36,8 @@ GridPathRequests::GridPathRequests(GroundMap map,
     : settings_(settings),
       grid_(map.grid),
       planner_(std::move(map.cells)),
-      regions_(planner_.map()),
+      regions_(planner_.map(), settings.tables),
       queue_(settings.longest_wait_ticks - 1),
-      wanted_(planner_.map().places(), 0),
       cheap_work_(kFirstCheapWork),
       budget_(settings.work_per_tick) {
     ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0 &&
@@ -54,8 +51,8 @@ GridPathRequests::GridPathRequests(GroundMap map,
     while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;
     }
-    for (; next_table_ < regions_.regions() && regions_.regions() <= kMostTables; ++next_table_) {
-        regions_.prepare(next_table_);
+    while (regions_.lacks_tables()) {
+        regions_.prepare_next(tick_);
     }
     if (settings.crowding) {
         crowd_ =
@@ -91,6 +88,8 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
         // Prepares the hops of waiting agents; the other half is for the paths themselves.
         if (spent_ < settings_.work_per_tick / 2) {
             prepare_table(slot.goal);
+        } else {
+            unled_.push_back(number);
         }
     }
     return {number, slot.round};
@@ -126,9 +125,25 @@ bool GridPathRequests::reaches(Spot from, Cell to) {
 void GridPathRequests::wait(std::uint32_t number) {
     RequestSlot& slot = slots_[number];
     slot.waiting = true;
-    ++wanted_[planner_.map().place(slot.goal)];
+    add_wanted(planner_.map().place(slot.goal));
     ++counts_.waiting;
     queue_.push(number, slot.asker);
+}
+
+void GridPathRequests::add_wanted(Place goal) {
+    if (std::uint32_t* const count = wanted_.find(goal)) {
+        ++*count;
+    } else {
+        wanted_.insert(goal, 1);
+    }
+}
+
+void GridPathRequests::remove_wanted(Place goal) {
+    std::uint32_t* const count = wanted_.find(goal);
+    ZONED_ASSERT(count != nullptr, "a goal that nobody waits for");
+    if (--*count == 0) {
+        wanted_.erase(goal);
+    }
 }
 
 void GridPathRequests::lead_waiting() {
@@ -150,7 +165,7 @@ void GridPathRequests::release(PathRequestId ticket) {
     ++slot.round;
     drop(ticket.slot);
     if (slot.waiting) {  // stays in its queue until its turn
-        --wanted_[planner_.map().place(slot.goal)];
+        remove_wanted(planner_.map().place(slot.goal));
         --counts_.waiting;
         return;
     }
@@ -189,7 +204,7 @@ void GridPathRequests::serve_waiting() {
         if (std::exchange(slot.doubted, false) && slot.usable && !pays(slot, spent_)) {
             slot.waiting = false;
             --counts_.waiting;
-            --wanted_[planner_.map().place(slot.goal)];
+            remove_wanted(planner_.map().place(slot.goal));
             ++served;
             queue_.pop();
             continue;
@@ -229,10 +244,9 @@ void GridPathRequests::serve() {
         spent_ += std::min(share, planner_.index_work());
         counts_.index_work = planner_.index_work() - std::min(share, planner_.index_work());
     }
-    while (spent_ < settings_.work_per_tick && next_table_ < regions_.regions() &&
-           regions_.regions() <= kMostTables) {
-        spent_ += regions_.prepared(next_table_) ? 1 : kRegionUnits * regions_.regions();
-        regions_.prepare(next_table_++);
+    while (spent_ < settings_.work_per_tick && regions_.lacks_tables()) {
+        regions_.prepare_next(tick_);
+        spent_ += kRegionUnits * regions_.regions();
     }
     counts_.work = spent_;
     spent_ = 0;
@@ -249,10 +263,10 @@ bool GridPathRequests::refresh(std::uint32_t number) {
     if (!found) {
         slot.waiting = false;
         --counts_.waiting;
-        --wanted_[before];
+        remove_wanted(before);
     } else if (after != before) {
-        --wanted_[before];
-        ++wanted_[after];
+        remove_wanted(before);
+        add_wanted(after);
     }
     return found;
 }
@@ -262,7 +276,7 @@ void GridPathRequests::done(std::uint32_t number) {
     slot.waiting = false;
     ++counts_.served;
     --counts_.waiting;
-    --wanted_[planner_.map().place(slot.goal)];
+    remove_wanted(planner_.map().place(slot.goal));
     if (slot.moved && slot.outcome == PathOutcome::kFound) {
         slot.outcome = PathOutcome::kPartial;
     }
@@ -383,8 +397,7 @@ std::size_t GridPathRequests::bytes() const {
     std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + regions_.bytes() +
                         planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
                         near_goal_.bytes() +
-                        slots_.capacity() * (sizeof(RequestSlot) + sizeof(Blocks)) +
-                        wanted_.capacity() * sizeof(std::uint32_t);
+                        slots_.capacity() * (sizeof(RequestSlot) + sizeof(Blocks));
     for (const CachedFlowField& f : fields_) {
         bytes += f.hops.capacity();
     }

@@ -8,6 +8,7 @@
 #include "server/ai/pathfinding/hierarchy/region_next_hop.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/requests/request_turns.h"
+#include "shared/core/containers/id_table.h"
 
 #include <array>
 #include <functional>
@@ -35,6 +36,9 @@ struct GridPathSettings {
     int reach_cells = 8;
     GridSearch search;  ///< kDefault: what suits the map
     IndexBounds index;
+    /// Tables of distances between regions that are kept. Where all regions together have no more,
+    /// they are made beforehand.
+    std::size_t tables = RegionNextHop::kTables;
     std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< none: paths ignore crowds
 };
 
@@ -64,6 +68,10 @@ class GridPathRequests : public PathProvider {
 
     void see(PathRequestId ticket, Spot at, float /*at_y*/) final { slots_[ticket.slot].at = at; }
 
+    [[nodiscard]] RequestEnds ends(PathRequestId ticket) const final {
+        return {slots_[ticket.slot].at, slots_[ticket.slot].to};
+    }
+
     [[nodiscard]] std::span<const std::uint32_t> answered() const final { return reported_; }
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
@@ -84,8 +92,8 @@ class GridPathRequests : public PathProvider {
     /// of the map that the place lies beyond. The exit gives the shortest two straight lines.
     MapExit straight_exit(Spot from, float from_y, Spot to) final;
 
-    [[nodiscard]] SavedPaths save() const final;
-    std::string load(const SavedPaths& memory) final;
+    [[nodiscard]] SavedPaths save() const override;
+    std::string load(const SavedPaths& memory) override;
 
     [[nodiscard]] const PathCounts& counts() const final { return counts_; }
 
@@ -122,6 +130,10 @@ class GridPathRequests : public PathProvider {
     /// The next step from a cell towards a goal, by the flow field that requests to this goal share
     /// now; empty where there is none. Valid until the next call of anything else.
     [[nodiscard]] std::function<Hop(Cell)> flow_to(Cell goal) const;
+
+  protected:
+    /// Counts further work of this tick.
+    void spend(std::uint64_t units) { spent_ += units; }
 
   private:
     struct RequestSlot {
@@ -211,6 +223,8 @@ class GridPathRequests : public PathProvider {
     void done(std::uint32_t number);
     void fail(std::uint32_t number, PathOutcome outcome);
     void wait(std::uint32_t number);
+    void add_wanted(Place goal);
+    void remove_wanted(Place goal);
     /// Prepares the hops of waiting requests that have none yet, within the tick's work.
     void lead_waiting();
     /// Finds the cells of an asker's place and its goal; false where there are none.
@@ -249,16 +263,16 @@ class GridPathRequests : public PathProvider {
     std::vector<std::uint32_t> requeued_;
     std::vector<std::uint32_t> to_queue_;  // requests that wait since a change and are in no queue
                                            // yet
-    std::vector<std::uint32_t> unled_;     // requests that wait since a change
+    std::vector<std::uint32_t> unled_;     // requests that wait and have no table yet
     std::vector<Spot> opened_;             // middles of the cells that a change opened
     std::vector<Cell> closed_;             // cells that it closed
     std::vector<std::uint32_t> near_;      // slots that a change may concern, doubled; odd: for its
                                            // closed cells
     std::unique_ptr<pathfinding::CrowdPaths> crowd_;  // null: paths ignore crowds
     std::vector<std::uint32_t> doubted_;
-    std::size_t next_review_ = 0;        // slot that is reviewed next
-    std::uint64_t reviewed_round_ = 0;   // round of the crowds at the last review
-    std::vector<std::uint32_t> wanted_;  // by place: number of waiting requests for it
+    std::size_t next_review_ = 0;          // slot that is reviewed next
+    std::uint64_t reviewed_round_ = 0;     // round of the crowds at the last review
+    core::IdTable<std::uint32_t> wanted_;  // by place of a goal: number of waiting requests for it
     std::array<CachedFlowField, kFields> fields_;
     FlowField builder_;
     Place building_ = kNoPlace;
@@ -268,7 +282,6 @@ class GridPathRequests : public PathProvider {
     bool searched_ = false;           // a search was made in this tick
     std::vector<Cell> cells_;
     FlowField near_goal_;
-    std::uint32_t next_table_ = 0;  // the region whose table is made next
     bool indexed_ = true;
     std::uint64_t spent_ = 0;
     std::uint64_t tick_ = 0;

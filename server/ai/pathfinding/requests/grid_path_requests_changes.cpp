@@ -88,7 +88,6 @@ void GridPathRequests::change(std::span<const CellChange> changes) {
     planner_.begin_index(settings_.index);
     indexed_ = false;
     regions_.note(changes);
-    next_table_ = 0;
     for (CachedFlowField& f : fields_) {
         f.goal = kNoPlace;
         f.used = 0;
@@ -150,11 +149,7 @@ void GridPathRequests::review(std::uint32_t number,
 
 void GridPathRequests::queue_again() {
     const GridMap& map = planner_.map();
-    for (std::size_t i = 0; i < to_queue_.size(); ++i) {
-        if (i + kAhead < to_queue_.size()) {
-            __builtin_prefetch(&wanted_[map.place(slots_[to_queue_[i + kAhead]].goal)]);
-        }
-        const std::uint32_t number = to_queue_[i];
+    for (const std::uint32_t number : to_queue_) {
         RequestSlot& slot = slots_[number];
         slot.waiting = false;
         --counts_.waiting;
@@ -237,12 +232,9 @@ bool GridPathRequests::may_be_shorter(const RequestSlot& slot, const Gap& gap) c
     const float least = off(slot.at, gap.low, gap.high) + off(end, gap.low, gap.high) + kGain_m;
     const float left = apart(slot.at, slot.ahead) + slot.rest_m;
     return least < left &&
-           std::any_of(
-               gap.middles.begin(),
-               gap.middles.end(),
-               [&](const Spot& middle) {
-                   return apart(slot.at, middle) + apart(middle, end) + kGain_m < left;
-               });
+           std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
+               return apart(slot.at, middle) + apart(middle, end) + kGain_m < left;
+           });
 }
 
 /// True if a request whose path ends short of its goal may get nearer to it now. New cells are

@@ -118,7 +118,8 @@ std::span<const std::uint32_t> GridPathRequests::review_crowds() {
 
 bool GridPathRequests::worth_a_field(const RequestSlot& slot) const {
     const GridMap& map = planner_.map();
-    const std::uint64_t by_planner = wanted_[map.place(slot.goal)] * typical_work_;
+    const std::uint32_t* const wanted = wanted_.find(map.place(slot.goal));
+    const std::uint64_t by_planner = wanted != nullptr ? *wanted * typical_work_ : 0;
     return by_planner > kFieldGain * kFieldUnits * map.passable_cells();
 }
 
@@ -244,8 +245,10 @@ void GridPathRequests::settle_regions() {
 
 void GridPathRequests::prepare_table(Cell goal) {
     settle_regions();
-    if (!regions_.prepared(planner_.map(), goal)) {
-        regions_.prepare(planner_.map(), goal);
+    // A request waits for as long at most, and is led by its table meanwhile.
+    const std::uint64_t needed_since =
+        tick_ - std::min<std::uint64_t>(tick_, settings_.longest_wait_ticks);
+    if (regions_.prepare(planner_.map(), goal, {tick_, needed_since})) {
         spent_ += kRegionUnits * regions_.regions();
     }
 }

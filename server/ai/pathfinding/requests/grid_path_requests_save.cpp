@@ -51,10 +51,9 @@ SavedPaths GridPathRequests::save() const {
             memory.fields.push_back({f.goal, f.used});
         }
     }
-    for (const Cell c : regions_.prepared()) {
-        memory.tables.push_back(planner_.map().place(c));
-    }
-    memory.next_table = next_table_;
+    regions_.visit_tables([&](Cell goal, std::uint64_t used) {
+        memory.tables.push_back({planner_.map().place(goal), used});
+    });
     memory.tick = tick_;
     memory.typical_work = typical_work_;
     memory.cheap_work = cheap_work_;
@@ -95,8 +94,8 @@ std::string GridPathRequests::defect_of_memory(const SavedPaths& memory) const {
         })) {
         return "paths remember fields that there are not";
     }
-    const auto blocked = [&](std::uint32_t place) {
-        return off(place) || !map.passable(place);
+    const auto blocked = [&](const SavedTable& table) {
+        return off(table.node) || !map.passable(table.node);
     };
     if (std::any_of(memory.tables.begin(), memory.tables.end(), blocked)) {
         return "paths remember tables that there are not";
@@ -138,7 +137,7 @@ void GridPathRequests::load(const SavedRequest& m) {
         }
     }
     if (m.waiting) {
-        ++wanted_[map.place(slot.goal)];
+        add_wanted(map.place(slot.goal));
         ++counts_.waiting;
     }
 }
@@ -169,10 +168,9 @@ std::string GridPathRequests::load(const SavedPaths& memory) {
         field.used = f.used;
     }
     regions_.forget_tables();
-    for (const std::uint32_t place : memory.tables) {
-        regions_.prepare(planner_.map(), planner_.map().cell(place));
+    for (const SavedTable& table : memory.tables) {
+        regions_.prepare(planner_.map(), planner_.map().cell(table.node), {table.used, 0});
     }
-    next_table_ = memory.next_table;
     tick_ = memory.tick;
     typical_work_ = memory.typical_work;
     cheap_work_ = memory.cheap_work;

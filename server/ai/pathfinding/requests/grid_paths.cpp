@@ -5,6 +5,14 @@
 
 namespace zoned::ai::pathfinding {
 
+namespace {
+
+/// Work in a tick on costs between portals, in units of about 2 ns, while there are rough exits; in
+/// addition to GridPathSettings::work_per_tick.
+constexpr std::uint64_t kPortalWork = 200'000;
+
+}  // namespace
+
 GridPaths::Baked GridPaths::bake(const motion::StaticGeometry& statics,
                                  const motion::CharacterLimits& limits,
                                  const GroundRect& area,
@@ -55,12 +63,12 @@ void GridPaths::turn_doors(std::span<const std::uint8_t> shut) {
 std::optional<MapExit> GridPaths::exit_towards(Spot from, float from_y, Spot to) {
     const bool place = std::isfinite(to.x) && std::isfinite(to.z);
     if (const auto out = place ? portal_towards(from, to) : std::nullopt) {
-        return MapExit{*out};
+        return out;
     }
     return GridPathRequests::exit_towards(from, from_y, to);
 }
 
-std::optional<Spot> GridPaths::portal_towards(Spot from, Spot to) {
+std::optional<MapExit> GridPaths::portal_towards(Spot from, Spot to) {
     if (portals_ == nullptr) {
         return std::nullopt;
     }
@@ -75,25 +83,53 @@ std::optional<Spot> GridPaths::portal_towards(Spot from, Spot to) {
     if (!other) {
         return std::nullopt;
     }
-    return portals_->straight_exit(
+    const auto exit = portals_->straight_exit(
         zone_,
         from,
         *other,
         portals_->local(zone_, to, *other),
+        costs_.rows(),
         [&](Cell c) { return length(from, c); },
         scratch_);
+    spend(scratch_.work);
+    for (const std::uint32_t portal : scratch_.unknown) {
+        costs_.want(portal);
+    }
+    return exit ? std::optional(MapExit{exit->at, kOnGround, exit->rough}) : std::nullopt;
+}
+
+bool GridPaths::learn_exits() {
+    return costs_.advance(kPortalWork);
 }
 
 void GridPaths::know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) {
+    costs_ = PortalCosts(portals);
     portals_ = std::move(portals);
     zone_ = zone;
     ground_.reset();
 }
 
+SavedPaths GridPaths::save() const {
+    SavedPaths memory = GridPathRequests::save();
+    memory.portal_costs = costs_.save();
+    return memory;
+}
+
+std::string GridPaths::load(const SavedPaths& memory) {
+    std::string wrong = costs_.defect_of(memory.portal_costs);
+    if (wrong.empty()) {
+        wrong = GridPathRequests::load(memory);
+    }
+    if (wrong.empty()) {
+        costs_.load(memory.portal_costs);
+    }
+    return wrong;
+}
+
 std::size_t GridPaths::bytes() const {
     const std::size_t kept =
         ground_ != nullptr ? ground_->floor_m.capacity() * sizeof(float) : std::size_t{0};
-    return kept + GridPathRequests::bytes() + doors_.bytes() +
+    return kept + GridPathRequests::bytes() + doors_.bytes() + costs_.bytes() +
            changes_.capacity() * sizeof(CellChange);
 }
 

@@ -3,6 +3,7 @@
 
 #include "server/ai/pathfinding/grid/door_cells.h"
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
+#include "server/ai/pathfinding/requests/portal_costs.h"
 #include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include <memory>
@@ -28,11 +29,16 @@ class GridPaths final : public GridPathRequests {
     /// count as open).
     std::optional<MapExit> exit_towards(Spot from, float from_y, Spot to) override;
 
+    bool learn_exits() override;
+
     [[nodiscard]] const GroundMap* ground_map() const override { return ground_.get(); }
 
     void know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) override;
 
     void forget_ground() override { ground_.reset(); }
+
+    [[nodiscard]] SavedPaths save() const override;
+    std::string load(const SavedPaths& memory) override;
 
     [[nodiscard]] std::size_t bytes() const override;
 
@@ -53,11 +59,12 @@ class GridPaths final : public GridPathRequests {
 
     GridPaths(Baked baked, const GridPathSettings& settings);
 
-    std::optional<Spot> portal_towards(Spot from, Spot to);
+    std::optional<MapExit> portal_towards(Spot from, Spot to);
 
     std::unique_ptr<GroundMap> ground_;           // kept until portals are made from it
     std::shared_ptr<const ZonePortals> portals_;  // of the world; may be null
     std::uint32_t zone_ = 0;                      // this zone's number in the portals
+    PortalCosts costs_;                           // as far as this zone's paths needed them
     ZonePortals::Scratch scratch_;
     DoorMap doors_;
     std::vector<CellChange> changes_;  // changes of the last turn of doors

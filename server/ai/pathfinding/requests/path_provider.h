@@ -43,6 +43,7 @@ struct PathRequest {
 struct MapExit {
     Spot at;
     float y = kOnGround;
+    bool rough = false;  ///< a better one may be known later, see PathProvider::learn_exits()
 };
 
 /// PathResult: the state and result of a request.
@@ -157,6 +158,18 @@ class PathProvider {
         const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !contains(to);
         return beyond ? std::optional(straight_exit(from, from_y, to)) : std::nullopt;
     }
+
+    /// Call once per tick, before asks: goes on finding what rough exits depend on, within a share
+    /// of work. True where exit_towards() may answer better than before.
+    virtual bool learn_exits() { return false; }
+
+    /// The asker's place as last reported, and the place that its request leads to.
+    struct RequestEnds {
+        Spot from;
+        Spot to;
+    };
+
+    [[nodiscard]] virtual RequestEnds ends(PathRequestId ticket) const = 0;
 
     /// The ground from which portals between zones are made: the map as baked, with all doors open.
     /// It is kept until know_zones() or forget_ground(). It is nullptr for maps that make no

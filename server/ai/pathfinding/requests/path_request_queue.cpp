@@ -214,6 +214,12 @@ Spot PathRequestQueue::heading(PathRequestId ticket, Spot at, float near_m) {
     return corners[request.next];
 }
 
+PathProvider::RequestEnds PathRequestQueue::ends(PathRequestId ticket) const {
+    ZONED_ASSERT(knows(ticket), "a ticket that was released");
+    const PathRequestEntry& r = requests_[ticket.slot];
+    return {{r.from.wanted.x(), r.from.wanted.z()}, {r.to.wanted.x(), r.to.wanted.z()}};
+}
+
 void PathRequestQueue::see(PathRequestId ticket, Spot at, float at_y) {
     requests_[ticket.slot].from.wanted = Vec3(at.x, at_y, at.z);
 }

@@ -32,6 +32,7 @@ class PathRequestQueue : public PathProvider {
     [[nodiscard]] PathResult answer(PathRequestId ticket) const final;
     Spot heading(PathRequestId ticket, Spot at, float near_m) final;
     void see(PathRequestId ticket, Spot at, float at_y) final;
+    [[nodiscard]] RequestEnds ends(PathRequestId ticket) const final;
 
     [[nodiscard]] std::span<const std::uint32_t> answered() const final { return reported_; }
 

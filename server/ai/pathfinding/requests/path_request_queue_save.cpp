@@ -35,7 +35,9 @@ SavedPaths PathRequestQueue::save() const {
     }
     memory.turns = queue_.turns();
     memory.unled = unled_;
-    memory.tables = tables();
+    for (const std::uint32_t node : tables()) {
+        memory.tables.push_back({node, 0});
+    }
     return memory;
 }
 
@@ -74,7 +76,7 @@ std::string PathRequestQueue::load(const SavedPaths& memory) {
     }
     queue_.load(memory.turns);
     unled_ = memory.unled;
-    for (const std::uint32_t node : memory.tables) {
+    for (const auto& [node, used] : memory.tables) {
         make_table(node);
     }
     return {};

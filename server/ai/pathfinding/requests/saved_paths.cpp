@@ -101,7 +101,7 @@ std::string defect_of(const SavedPaths& memory, const MapNumbers& map) {
                                     [&](const SavedField& f) { return f.goal < map.nodes; });
     const bool tables = std::all_of(memory.tables.begin(),
                                     memory.tables.end(),
-                                    [&](std::uint32_t node) { return node < map.nodes; });
+                                    [&](const SavedTable& t) { return t.node < map.nodes; });
     return led && fields && tables ? "" : "paths remember what there is not";
 }
 

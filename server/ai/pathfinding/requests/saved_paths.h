@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
+#include "server/ai/pathfinding/grid/cost.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
 #include "server/ai/pathfinding/grid/ground_grid.h"
 #include "shared/math/types.h"
@@ -67,6 +68,25 @@ struct SavedField {
     std::uint64_t used = 0;  ///< tick of the map when it was last used
 };
 
+/// SavedTable: distances to a part of the map from all others; they are made anew.
+struct SavedTable {
+    std::uint32_t node = 0;  ///< a node of that part
+    std::uint64_t used = 0;  ///< tick of the map when it was last used
+};
+
+/// SavedPortalRow: the costs of paths from beyond a portal, see PortalRow.
+struct SavedPortalRow {
+    std::uint32_t portal = 0;
+    std::vector<Cost> costs;
+};
+
+/// SavedPortalCosts: the rows that are known, and those that are being found.
+struct SavedPortalCosts {
+    std::vector<SavedPortalRow> rows;  ///< ascending by portal
+    std::vector<std::uint32_t> wanted;
+    std::uint64_t spread = 0;  ///< cells that the field of the first wanted row has spread from
+};
+
 /// All state that later answers depend on, besides the map itself. The map is baked anew with its
 /// doors as they are. With this state loaded, a map gives the same answers in the same ticks. There
 /// are two exceptions, in which it is not `whole`. While a map is still being renewed after a door
@@ -79,9 +99,9 @@ struct SavedPaths {
     std::vector<SavedTurn> turns;
     std::vector<std::uint32_t> unled;  ///< requests that wait since a change
     std::vector<SavedField> fields;
-    std::vector<std::uint32_t> tables;  ///< a node of each part of the map that has a table
-    std::uint32_t next_table = 0;       ///< the part whose table is made next
-    std::uint64_t tick = 0;             ///< tick of the map
+    std::vector<SavedTable> tables;
+    SavedPortalCosts portal_costs;
+    std::uint64_t tick = 0;  ///< tick of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
     pathfinding::SavedCrowds crowd{};  ///< for maps that know crowds

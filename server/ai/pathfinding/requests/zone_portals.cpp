@@ -1,10 +1,10 @@
 #include "server/ai/pathfinding/requests/zone_portals.h"
 
-#include "server/ai/pathfinding/flow_fields/flow_field.h"
-#include "server/ai/pathfinding/grid/search_heap.h"
+#include "server/ai/pathfinding/grid/grid_path.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,6 +18,8 @@ constexpr float kNoPath_m = std::numeric_limits<float>::infinity();
 constexpr float kLeastCrossing_m = 0.1F;
 /// A goal in an obstacle is replaced by the nearest passable cell within so many cells.
 constexpr int kReach = 8;
+/// The work at a portal that a search looks at, in units of about 2 ns.
+constexpr std::uint64_t kPortalUnits = 4;
 /// Sides of a map: to the right, left, down, up.
 constexpr unsigned kMapSides = 4;
 constexpr std::array<float, kMapSides> kOutX{1.0F, -1.0F, 0.0F, 0.0F};
@@ -49,7 +51,6 @@ ZonePortals::ZonePortals(std::span<const ZoneGround> zones) {
                           {},
                           z.ground->cells,
                           {},
-                          {},
                           {}});
         zones_.back().components.label(zones_.back().cells);
     }
@@ -62,10 +63,14 @@ ZonePortals::ZonePortals(std::span<const ZoneGround> zones) {
         spacing_m *= 2.0F;
         find_portals(zones, spacing_m);
     }
-    measure_zones();
-    through_m_.assign(portals_.size() * portals_.size(), kNoPath_m);
-    for (std::uint32_t p = 0; p < portals_.size(); ++p) {
-        search_from(p);
+    for (Portal& p : portals_) {
+        const PortalZone& beyond = zones_[p.to];
+        p.component = beyond.components.of(beyond.cells.place(p.entry));
+    }
+    for (const PortalZone& z : zones_) {
+        for (std::uint32_t i = 0; i < z.out.size(); ++i) {
+            portals_[z.out[i]].number = i;
+        }
     }
 }
 
@@ -119,7 +124,7 @@ void ZonePortals::cross_side(std::span<const ZoneGround> zones,
                 second.cells.passable(to) &&
                 std::abs(zones[zone].ground->floor_m[from] - zones[*other].ground->floor_m[to]) <=
                     kStep_m) {
-                portal = Portal{zone, *other, exit, entry, at};
+                portal = Portal{zone, *other, exit, entry, at, 0, 0};
             }
         }
         // Cells of the other map may be larger or smaller: a portal that does not join ends a run.
@@ -148,51 +153,11 @@ void ZonePortals::add_portals(std::span<const Portal> run, float spacing_m) {
     }
 }
 
-void ZonePortals::measure_zones() {
-    FlowField field;
-    for (PortalZone& z : zones_) {
-        z.cost_m.clear();
-        for (const std::uint32_t in : z.in) {
-            field.build(z.cells, portals_[in].entry);
-            for (const std::uint32_t out : z.out) {
-                const Cost cost = field.cost(z.cells.place(portals_[out].exit));
-                z.cost_m.push_back(cost == kNoCost
-                                       ? kNoPath_m
-                                       : static_cast<float>(cost) / static_cast<float>(kStraight) *
-                                             z.grid.cell_m());
-            }
-        }
-    }
-}
-
-/// Dijkstra's algorithm over portals: from beyond one, across its zone, to beyond the next.
-void ZonePortals::search_from(std::uint32_t portal) {
-    float* const cost = through_m_.data() + portal * portals_.size();
-
-    struct OpenPortal {
-        float key;
-        std::uint32_t node;
-    };
-
-    SearchHeap<OpenPortal> open;
-    cost[portal] = 0.0F;
-    open.push({0.0F, portal});
-    while (!open.empty()) {
-        const auto [sum, at] = open.pop();
-        if (sum > cost[at]) {
-            continue;
-        }
-        const PortalZone& zone = zones_[portals_[at].to];
-        const auto row = static_cast<std::size_t>(
-            std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
-        for (std::size_t i = 0; i < zone.out.size(); ++i) {
-            const float next =
-                sum + zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]);
-            if (next < cost[zone.out[i]]) {
-                cost[zone.out[i]] = next;
-                open.push({next, zone.out[i]});
-            }
-        }
+void ZonePortals::read_row(std::uint32_t portal, const FlowField& field, PortalRow& row) const {
+    const PortalZone& zone = zones_[portals_[portal].to];
+    row.clear();
+    for (const std::uint32_t out : zone.out) {
+        row.push_back(field.cost(zone.cells.place(portals_[out].exit)));
     }
 }
 
@@ -217,19 +182,47 @@ Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
             static_cast<float>(static_cast<double>(at.z) + (a.origin_z - b.origin_z))};
 }
 
-/// For each portal out of a zone, a lower bound of the rest of a path behind it. The path may end
-/// in any zone whose map has the goal on it.
-void ZonePortals::promise(std::uint32_t from,
-                          std::uint32_t to,
-                          Spot goal,
-                          std::vector<PortalChoice>& promised) const {
-    promised.clear();
-    for (const std::uint32_t out : zones_[from].out) {
-        promised.push_back({out, out, kNoPath_m, 0.0F});
+Cost ZonePortals::across(std::uint32_t in, std::uint32_t out, const PortalRow& row) const {
+    if (!row.empty()) {
+        return row[portals_[out].number];
     }
+    const PortalZone& zone = zones_[portals_[in].to];
+    const Cell entry = portals_[in].entry;
+    const Cell exit = portals_[out].exit;
+    const bool joined = portals_[in].component == zone.components.of(zone.cells.place(exit));
+    return joined ? octile(exit.x - entry.x, exit.y - entry.y) : kNoCost;
+}
+
+float ZonePortals::least_m(std::uint32_t portal,
+                           const PortalQuery& query,
+                           const Scratch& scratch) const {
+    const Portal& p = portals_[portal];
+    const Spot exit = local(p.from, zones_[p.from].grid.centre(p.exit), query.from);
+    return scratch.left_m[portal] + crossing_m(portal) + straight_m(query.start, exit);
+}
+
+void ZonePortals::reach(std::uint32_t portal,
+                        std::uint32_t next,
+                        float left_m,
+                        const PortalQuery& query,
+                        Scratch& scratch) const {
+    if (left_m < scratch.left_m[portal]) {
+        scratch.left_m[portal] = left_m;
+        scratch.next[portal] = next;
+        scratch.open.push({least_m(portal, query, scratch), portal});
+    }
+}
+
+/// The path may end in any zone whose map has the goal on it.
+void ZonePortals::open_last(const PortalQuery& query, Scratch& scratch) const {
+    scratch.left_m.assign(portals_.size(), kNoPath_m);
+    scratch.next.resize(portals_.size());
+    scratch.open.clear();
+    scratch.unknown.clear();
+    scratch.work = 0;
     for (std::uint32_t z = 0; z < zones_.size(); ++z) {
         const PortalZone& last = zones_[z];
-        const Spot here = local(to, goal, z);
+        const Spot here = local(query.to, query.goal, z);
         Cell goal_cell = last.grid.cell(here);
         if (!last.grid.contains(here) ||
             (!last.cells.passable(goal_cell) &&
@@ -237,134 +230,84 @@ void ZonePortals::promise(std::uint32_t from,
             continue;
         }
         const std::uint32_t component = last.components.of(last.cells.place(goal_cell));
+        scratch.work += kPortalUnits * last.in.size();
         for (const std::uint32_t in : last.in) {
-            const Cell entry = portals_[in].entry;
-            if (last.components.of(last.cells.place(entry)) != component) {
-                continue;
-            }
-            const float end_m = straight_m(last.grid.centre(entry), here);
-            for (PortalChoice& c : promised) {
-                const float sum = crossing_m(c.first) + through(c.first, in) + end_m;
-                if (sum < c.cost_m) {
-                    c.cost_m = sum;
-                    c.last = in;
-                }
+            if (portals_[in].component == component) {
+                const float end_m = straight_m(last.grid.centre(portals_[in].entry), here);
+                reach(in, in, end_m, query, scratch);
             }
         }
     }
 }
 
-std::optional<ZonePortals::PortalChoice> ZonePortals::choose(std::uint32_t from,
-                                                             Spot start,
-                                                             std::uint32_t to,
-                                                             Spot goal,
-                                                             const LengthTo& length_to,
-                                                             Scratch& scratch) const {
-    const PortalZone& first = zones_[from];
-    std::vector<PortalChoice>& promised = scratch.promised;
-    promise(from, to, goal, promised);
-    for (PortalChoice& c : promised) {
-        c.least_m = c.cost_m + straight_m(start, first.grid.centre(portals_[c.first].exit));
+void ZonePortals::reach_before(std::uint32_t portal,
+                               const PortalQuery& query,
+                               std::span<const PortalRow> rows,
+                               Scratch& scratch) const {
+    const PortalZone& zone = zones_[portals_[portal].from];
+    const float behind_m = scratch.left_m[portal] + crossing_m(portal);
+    scratch.work += kPortalUnits * zone.in.size();
+    for (const std::uint32_t in : zone.in) {
+        const Cost cost = across(in, portal, rows[in]);
+        if (cost != kNoCost) {
+            const float steps = static_cast<float>(cost) / static_cast<float>(kStraight);
+            reach(in, portal, steps * zone.grid.cell_m() + behind_m, query, scratch);
+        }
     }
-    // Those that promise most first, each as far as its length is asked for, until none promises
-    // more than the best of these.
-    std::sort(promised.begin(), promised.end(), [](const PortalChoice& a, const PortalChoice& b) {
-        return a.least_m != b.least_m ? a.least_m < b.least_m : a.first < b.first;
-    });
-    std::optional<PortalChoice> best;
-    std::size_t tries = 0;
-    for (const PortalChoice& c : promised) {
-        if (!(c.least_m < (best ? best->cost_m : kNoPath_m)) || (best && tries >= kTries)) {
+}
+
+void ZonePortals::find_unknown(std::uint32_t first,
+                               std::span<const PortalRow> rows,
+                               Scratch& scratch) const {
+    for (std::uint32_t at = first; scratch.next[at] != at; at = scratch.next[at]) {
+        const Cell exit = portals_[scratch.next[at]].exit;
+        // A free line costs its lower bound: then the row says nothing new.
+        if (rows[at].empty() && !free_line(map_beyond(at), portals_[at].entry, exit)) {
+            scratch.unknown.push_back(at);
+        }
+    }
+}
+
+std::optional<ZonePortals::PortalExit> ZonePortals::straight_exit(std::uint32_t from,
+                                                                  Spot start,
+                                                                  std::uint32_t to,
+                                                                  Spot goal,
+                                                                  std::span<const PortalRow> rows,
+                                                                  const LengthTo& length_to,
+                                                                  Scratch& scratch) const {
+    // A*, from the goal back to the start. No path costs less than the straight line.
+    const PortalQuery query{from, start, to, goal};
+    open_last(query, scratch);
+    std::uint32_t first = 0;
+    float best_m = kNoPath_m;
+    while (!scratch.open.empty()) {
+        const auto [key, at] = scratch.open.pop();
+        if (key > least_m(at, query, scratch)) {
+            continue;  // became cheaper since
+        }
+        if (!(key < best_m)) {
             break;
         }
         // Testing that a path leads there at all costs next to nothing.
-        const std::optional<float> length = length_to(portals_[c.first].exit);
-        if (!length) {
-            continue;
+        const std::optional<float> length =
+            portals_[at].from == from ? length_to(portals_[at].exit) : std::nullopt;
+        if (length && scratch.left_m[at] + crossing_m(at) + *length < best_m) {
+            best_m = scratch.left_m[at] + crossing_m(at) + *length;
+            first = at;
         }
-        ++tries;
-        if (!best || c.cost_m + *length < best->cost_m) {
-            best = {c.first, c.last, c.cost_m + *length, 0.0F};
-        }
+        reach_before(at, query, rows, scratch);
     }
-    return best;
-}
-
-std::optional<Spot> ZonePortals::straight_exit(std::uint32_t from,
-                                               Spot start,
-                                               std::uint32_t to,
-                                               Spot goal,
-                                               const LengthTo& length_to,
-                                               Scratch& scratch) const {
-    const std::optional<PortalChoice> best = choose(from, start, to, goal, length_to, scratch);
-    return best ? std::optional<Spot>(portals_[best->first].beyond) : std::nullopt;
-}
-
-PathOutcome ZonePortals::route(GridPlanner& planner,
-                               std::uint32_t from,
-                               Spot start,
-                               std::uint32_t to,
-                               Spot goal,
-                               std::vector<ZonePathSegment>& segments) const {
-    segments.clear();
-    const PortalZone& first = zones_[from];
-    const PortalZone& last = zones_[to];
-    GridQuery query;
-    query.start = first.grid.cell(start);
-    if (!first.grid.contains(start) || !planner.map().passable(query.start)) {
-        return PathOutcome::kStartBlocked;
+    if (best_m == kNoPath_m) {
+        return std::nullopt;
     }
-    if (!last.grid.contains(goal) || !last.cells.passable(last.grid.cell(goal))) {
-        return PathOutcome::kGoalBlocked;
-    }
-    const auto length_to = [&](Cell c) -> std::optional<float> {
-        query.goal = c;
-        const GridAnswer a = planner.plan(query);
-        return a.outcome == PathOutcome::kFound
-                   ? std::optional<float>(static_cast<float>(a.length) * first.grid.cell_m())
-                   : std::nullopt;
-    };
-    Scratch scratch;
-    const Spot here = local(to, goal, from);
-    const std::optional<float> within =
-        first.grid.contains(here) ? length_to(first.grid.cell(here)) : std::nullopt;
-    const std::optional<PortalChoice> best = choose(from, start, to, goal, length_to, scratch);
-    if (!within && !best) {
-        return PathOutcome::kUnreachable;
-    }
-    if (best && !(within && *within <= best->cost_m)) {
-        // Portal by portal the one from which the least is left.
-        std::uint32_t at = best->first;
-        segments.push_back({from, portals_[at].beyond});
-        while (at != best->last) {
-            const PortalZone& zone = zones_[portals_[at].to];
-            const auto row = static_cast<std::size_t>(
-                std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
-            std::uint32_t next = at;
-            float least = kNoPath_m;
-            for (std::size_t i = 0; i < zone.out.size(); ++i) {
-                const float sum = zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]) +
-                                  through(zone.out[i], best->last);
-                if (zone.out[i] != at && sum < least) {
-                    least = sum;
-                    next = zone.out[i];
-                }
-            }
-            ZONED_ASSERT(next != at && segments.size() <= portals_.size(), "a path that was found");
-            at = next;
-            segments.push_back({portals_[at].from, portals_[at].beyond});
-        }
-    }
-    const std::uint32_t end = segments.empty() ? from : portals_[best->last].to;
-    segments.push_back({end, local(to, goal, end)});
-    return PathOutcome::kFound;
+    find_unknown(first, rows, scratch);
+    return PortalExit{portals_[first].beyond, best_m, !scratch.unknown.empty()};
 }
 
 std::size_t ZonePortals::bytes() const {
-    std::size_t bytes =
-        through_m_.capacity() * sizeof(float) + portals_.capacity() * sizeof(Portal);
+    std::size_t bytes = portals_.capacity() * sizeof(Portal);
     for (const PortalZone& z : zones_) {
-        bytes += z.cost_m.capacity() * sizeof(float) + z.cells.places() * sizeof(std::uint32_t);
+        bytes += z.components.bytes() + 2 * z.cells.row_bits().size_bytes();
     }
     return bytes;
 }

@@ -1,11 +1,11 @@
 // ZonePortals: plans paths that run through several zones, by portals where borders can be crossed.
 #pragma once
 
+#include "server/ai/pathfinding/flow_fields/flow_field.h"
 #include "server/ai/pathfinding/grid/components.h"
 #include "server/ai/pathfinding/grid/ground_map.h"
-#include "server/ai/pathfinding/grid_search/grid_planner.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -23,26 +23,26 @@ struct ZoneGround {
     std::optional<GroundRect> region;  ///< zone-local; none: all that the map covers
 };
 
-/// A path's part in one zone: walk to `to`. For all parts but the last, `to` lies in the next zone.
-struct ZonePathSegment {
-    std::uint32_t zone = 0;
-    Spot to;  ///< in coordinates of `zone`
-};
+/// The costs from beyond a portal to each portal out of the zone there.
+using PortalRow = std::vector<Cost>;
 
 /// A zone is left by the outermost cells of its map. Where these lie in another zone (or next to
 /// it), each stretch of them that can be crossed has portals. Portals are no farther apart than
-/// kSpacing_m (more where a world would have more than kMostPortals). The table holds the costs of
-/// best paths in each zone from the portals into it to the portals out of it. It also holds the
-/// cost of the best path through zones between any two portals.
+/// kSpacing_m (more where a world would have more than kMostPortals).
 ///
 /// Plans within a zone are exact; across borders they are the best path through portals
 /// (hierarchical planning, HPA*). Source: Botea, Mueller and Schaeffer, "Near optimal hierarchical
 /// path-finding", Journal of Game Development 1, 2004. Doors are as on the maps from which it is
 /// built.
 ///
-/// Immutable, so that zones share it; a zone needs nothing else of the others. Building it takes a
-/// field over its zone and a search for each portal. Memory grows with the square of the portals (4
-/// MiB for 1,024).
+/// The costs of paths across zones are not found beforehand: a field over a zone for each portal
+/// took most of the start of a large world, and few are ever needed. A search takes an unknown cost
+/// at its lower bound, and names those that its best path depends on. Once none is named the path
+/// is the best one. Source: Dellin and Srinivasa, "A unifying formalism for shortest path problems
+/// with expensive edge evaluations via lazy best-first search", ICAPS 2016. PortalCosts keeps the
+/// known costs.
+///
+/// Immutable, so that zones share it; a zone needs nothing else of the others.
 class ZonePortals {
   public:
     static constexpr float kSpacing_m = 12.0F;
@@ -52,17 +52,26 @@ class ZonePortals {
 
     explicit ZonePortals(std::span<const ZoneGround> zones);
 
-    /// The portal by which to leave, and the last one of the path.
-    struct PortalChoice {
-        std::uint32_t first;
-        std::uint32_t last;
-        float cost_m;   ///< cost from the first portal on; for the chosen one, of the whole path
-        float least_m;  ///< cost_m plus the straight line to the first portal
+    /// PortalExit: the place at which to leave a zone.
+    struct PortalExit {
+        Spot at;
+        float cost_m = 0.0F;  ///< of the whole path; less than that where it is rough
+        /// Not all costs that the choice depends on are known yet: they are Scratch::unknown.
+        bool rough = false;
+    };
+
+    struct OpenPortal {
+        float key;
+        std::uint32_t node;
     };
 
     /// Memory for a query; nothing is allocated once it has been used.
     struct Scratch {
-        std::vector<PortalChoice> promised;
+        std::vector<float> left_m;        ///< by portal, from beyond it to the goal
+        std::vector<std::uint32_t> next;  ///< by portal, the next one; itself for the last one
+        SearchHeap<OpenPortal> open;
+        std::vector<std::uint32_t> unknown;  ///< portals whose rows are not known
+        std::uint64_t work = 0;              ///< in units of about 2 ns
     };
 
     /// The distance from the start to a cell of its zone, m; nothing where no path leads there.
@@ -71,26 +80,31 @@ class ZonePortals {
     /// The place at which to leave the zone `from` for a place in zone `to`, in coordinates of
     /// `from`. Both may be the same zone: the path then leads out and back in. Nothing where no
     /// path through portals leads there, a place lies off its zone's map, or nothing near the goal
-    /// is passable. At most kTries lengths are asked for, for the portals with the shortest
-    /// straight lines. In the last zone the last part counts as the straight line.
-    [[nodiscard]] std::optional<Spot> straight_exit(std::uint32_t from,
-                                                    Spot start,
-                                                    std::uint32_t to,
-                                                    Spot goal,
-                                                    const LengthTo& length_to,
-                                                    Scratch& scratch) const;
+    /// is passable. Lengths are asked for as long as a portal's straight line promises less than
+    /// the best so far. (A limit on their number led walkers to and fro between mazes.) In the last
+    /// zone the last part counts as the straight line. `rows`: by portal, empty where not known.
+    [[nodiscard]] std::optional<PortalExit> straight_exit(std::uint32_t from,
+                                                          Spot start,
+                                                          std::uint32_t to,
+                                                          Spot goal,
+                                                          std::span<const PortalRow> rows,
+                                                          const LengthTo& length_to,
+                                                          Scratch& scratch) const;
 
-    static constexpr std::size_t kTries = 16;
+    /// The map of the zone beyond a portal, and the cell at which it is entered.
+    [[nodiscard]] const GridMap& map_beyond(std::uint32_t portal) const {
+        return zones_[portals_[portal].to].cells;
+    }
 
-    /// The zones that a path from one place to another crosses, with the point to walk to in each.
-    /// `planner` must be that of zone `from`; the ends must lie on their zones' maps. kFound,
-    /// kUnreachable, or kStartBlocked and kGoalBlocked (the place is not passable).
-    PathOutcome route(GridPlanner& planner,
-                      std::uint32_t from,
-                      Spot start,
-                      std::uint32_t to,
-                      Spot goal,
-                      std::vector<ZonePathSegment>& segments) const;
+    [[nodiscard]] Cell entry(std::uint32_t portal) const { return portals_[portal].entry; }
+
+    /// The portals out of the zone beyond a portal, ascending; a PortalRow is in their order.
+    [[nodiscard]] std::span<const std::uint32_t> out_of_beyond(std::uint32_t portal) const {
+        return zones_[portals_[portal].to].out;
+    }
+
+    /// The row of a portal, by the field of its entry over the map beyond it.
+    void read_row(std::uint32_t portal, const FlowField& field, PortalRow& row) const;
 
     [[nodiscard]] std::size_t portals() const { return portals_.size(); }
 
@@ -104,13 +118,23 @@ class ZonePortals {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
+    /// A path from a start in one zone to a goal in another, each in the coordinates of its zone.
+    struct PortalQuery {
+        std::uint32_t from;
+        Spot start;
+        std::uint32_t to;
+        Spot goal;
+    };
+
     /// Portal: a step from a cell of one zone to a cell of another.
     struct Portal {
         std::uint32_t from;
         std::uint32_t to;
-        Cell exit;    ///< on `from`'s map
-        Cell entry;   ///< on `to`'s map
-        Spot beyond;  ///< position of `entry`, in coordinates of `from`
+        Cell exit;                ///< on `from`'s map
+        Cell entry;               ///< on `to`'s map
+        Spot beyond;              ///< position of `entry`, in coordinates of `from`
+        std::uint32_t component;  ///< of `entry`
+        std::uint32_t number;     ///< among the portals out of `from`
     };
 
     struct PortalZone {
@@ -122,7 +146,6 @@ class ZonePortals {
         GridMap cells;
         std::vector<std::uint32_t> in;   // portals into the zone, ascending
         std::vector<std::uint32_t> out;  // portals out of the zone, ascending
-        std::vector<float> cost_m;       // by portal in, by portal out; infinite for no path
     };
 
     void find_portals(std::span<const ZoneGround> zones, float spacing_m);
@@ -131,30 +154,33 @@ class ZonePortals {
                     unsigned side,
                     float spacing_m);
     void add_portals(std::span<const Portal> run, float spacing_m);
-    void measure_zones();
-    void search_from(std::uint32_t portal);
-    [[nodiscard]] std::optional<PortalChoice> choose(std::uint32_t from,
-                                                     Spot start,
-                                                     std::uint32_t to,
-                                                     Spot goal,
-                                                     const LengthTo& length_to,
-                                                     Scratch& scratch) const;
-    void promise(std::uint32_t from,
-                 std::uint32_t to,
-                 Spot goal,
-                 std::vector<PortalChoice>& promised) const;
+    /// Opens the search at the portals from which the goal is a walk within the last zone.
+    void open_last(const PortalQuery& query, Scratch& scratch) const;
+    /// Reaches the portals from beyond which a path leads to `portal`.
+    void reach_before(std::uint32_t portal,
+                      const PortalQuery& query,
+                      std::span<const PortalRow> rows,
+                      Scratch& scratch) const;
+    void reach(std::uint32_t portal,
+               std::uint32_t next,
+               float left_m,
+               const PortalQuery& query,
+               Scratch& scratch) const;
+    /// The least cost of a path from the start by this portal, as far as it is known.
+    [[nodiscard]] float least_m(std::uint32_t portal,
+                                const PortalQuery& query,
+                                const Scratch& scratch) const;
+    /// The cost from beyond a portal to another one out of the zone there; where the row is not
+    /// known, the least that it can be.
+    [[nodiscard]] Cost across(std::uint32_t in, std::uint32_t out, const PortalRow& row) const;
+    /// Fills Scratch::unknown along the path that begins with that portal.
+    void find_unknown(std::uint32_t first, std::span<const PortalRow> rows, Scratch& scratch) const;
 
     /// The length from its exit to its entry beyond.
     [[nodiscard]] float crossing_m(std::uint32_t portal) const;
 
-    [[nodiscard]] float through(std::uint32_t first, std::uint32_t last) const {
-        return through_m_[first * portals_.size() + last];
-    }
-
     std::vector<PortalZone> zones_;
     std::vector<Portal> portals_;
-    std::vector<float>
-        through_m_;  // from beyond one portal to beyond another; infinite for no path
 };
 
 }  // namespace zoned::ai::pathfinding
