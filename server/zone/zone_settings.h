@@ -149,6 +149,7 @@ struct ZoneSettings {
         environment;  ///< of the whole world; may be null
     AuditSettings audit;
     bool in_cluster = false;  ///< there are other worlds to go to
+    bool maps_later = false;  ///< whoever makes the zone calls make_paths() before its first tick
 
     [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
 

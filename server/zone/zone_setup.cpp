@@ -59,7 +59,9 @@ void set_up(ZoneState& state) {
     add_static_bodies(state);
     add_doors(state);
     add_particle_systems(state);
-    make_paths(state);
+    if (!state.settings.maps_later) {
+        make_paths(state);
+    }
 }
 
 }  // namespace zoned::zone

@@ -5,6 +5,7 @@
 #include "server/app/world/world_rules.h"
 #include "server/app/world/world_settings.h"
 #include "server/zone/border/zone_portal_exchange.h"
+#include "server/zone/zone_setup.h"
 #include "proto/session.pb.h"
 #include "shared/core/assert.h"
 
@@ -47,6 +48,7 @@ std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
                                       const std::shared_ptr<const motion::DoorCourses>& doors,
                                       zone::Stopwatch stopwatch) {
     zone::ZoneSettings of_zone = zone_settings(settings, id, types, doors);
+    of_zone.maps_later = true;
     std::unique_ptr<zone::Rules> rules = make_world_rules(settings.script, settings.rules, *types);
     const zone::FaultSettings faults = zone_faults(settings, id);
     if (faults != zone::FaultSettings{}) {
@@ -93,6 +95,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
         zones_.back()->state().scene.work_with(&team);
         zones_.back()->state().team = &team;
     }
+    bake_maps();
     zone::join_paths(states_);
     if (!settings.environment.empty() || door_courses_) {
         environment_ = std::make_shared<clock::SharedEnvironment>(settings.environment,
@@ -111,6 +114,22 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
 }
 
 World::~World() = default;
+
+void World::bake_maps() {
+    std::vector<std::exception_ptr> wrong(states_.size());
+    pool_.run(states_.size(), [&](std::size_t z) {
+        try {
+            zone::make_paths(*states_[z]);
+        } catch (...) {
+            wrong[z] = std::current_exception();  // a task of the pool must not throw
+        }
+    });
+    for (const std::exception_ptr& first : wrong) {
+        if (first) {
+            std::rethrow_exception(first);
+        }
+    }
+}
 
 void World::use_device(compute::Device* device,
                        const compute::Crossover& of_falling,

@@ -123,6 +123,8 @@ class World {
   private:
     template <class Archive>
     void serialize(Archive& archive);  // world_snapshot.cpp
+    /// The maps of all zones, on all threads; throws what a zone throws.
+    void bake_maps();
     void route(const mailbox::InboxItem& item);
     void step(std::vector<mailbox::OutboxItem>& out);
     void for_each_zone(void (World::*work)(std::size_t));

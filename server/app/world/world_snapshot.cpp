@@ -90,10 +90,16 @@ void World::serialize(Archive& archive) {
         if (!archive.good()) {
             return;
         }
+        bool doors = false;
         for (zone::ZoneState* state : states_) {
-            zone::prepare_zone(*state, now_);
+            state->now = now_;
+            doors = doors || !state->doors.body.empty();
         }
-        zone::join_paths(states_);
+        if (doors) {
+            // In all zones: the paths between them are made of the ground of each.
+            bake_maps();
+            zone::join_paths(states_);
+        }
     }
     for (zone::ZoneState* state : states_) {
         archive.section("zone " + std::to_string(state->settings.id.value), [&] {

@@ -4,7 +4,6 @@
 #include "server/ai/serialization/serialize_paths.h"
 #include "server/physics/shapes/shape_archive.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/zone_setup.h"
 #include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
@@ -272,13 +271,6 @@ std::string unsound(const ZoneState& s) {
 
 void save_zone(const ZoneState& state, core::FieldWriter& archive) {
     serialize_zone(archive, const_cast<ZoneState&>(state));  // writing leaves it as it is
-}
-
-void prepare_zone(ZoneState& state, Tick now) {
-    state.now = now;
-    if (!state.doors.body.empty() && !state.paths.empty()) {
-        make_paths(state);
-    }
 }
 
 void load_zone(ZoneState& state, core::FieldReader& archive) {

@@ -13,11 +13,8 @@ namespace zoned::zone {
 /// A part that has no saved form fails the archive with its place and the reason.
 void save_zone(const ZoneState& state, core::FieldWriter& archive);
 
-/// Before load_zone(), in all zones: the tick of the snapshot, and paths on ground whose doors are
-/// as they were then. Paths between zones are to be joined after it.
-void prepare_zone(ZoneState& state, Tick now);
-
-/// Into a zone of the same settings that has not ticked yet. After a fault of the archive the zone
+/// Into a zone of the same settings that has not ticked yet, with the tick of the snapshot and with
+/// maps of paths whose doors are as they were then. After a fault of the archive the zone
 /// is of no use. The zone then goes on bit for bit, given the same items and neighbours. Scratch,
 /// the matcher's tables and maps of the ground are not saved: they are made anew.
 void load_zone(ZoneState& state, core::FieldReader& archive);
