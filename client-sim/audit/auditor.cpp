@@ -253,6 +253,16 @@ void Auditor::compare_environment(const view::View& view,
             compare(open ? 1.0 : 0.0, record.doors[number++]);
         }
     }
+    number = 0;
+    for (std::uint32_t p = 0; p < view.world().platforms.size(); ++p) {
+        const motion::PlatformPath& path = view.world().platforms[p].path;
+        if (path.by_rules && number < record.platforms.size()) {
+            const motion::PlatformCourse* course = view.platform_courses().at(p, record.tick);
+            compare(
+                static_cast<double>(course == nullptr ? path.start : course->along_at(record.tick)),
+                static_cast<double>(record.platforms[number++]));
+        }
+    }
 }
 
 void Auditor::compare_entity(const Context& context,

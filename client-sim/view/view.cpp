@@ -13,9 +13,10 @@ View::View(std::shared_ptr<const WorldInfo> world,
            const ViewSettings& settings,
            ViewListener* listener)
     : courses_(std::make_shared<motion::DoorCourses>(world->doors.size())),
-      world_(world->has_moved_doors()
-                 ? std::make_shared<const WorldInfo>(world->with_courses(courses_))
-                 : std::move(world)),
+      platform_courses_(std::make_shared<motion::PlatformCourses>(world->platforms.size())),
+      world_(world->has_moved_parts() ? std::make_shared<const WorldInfo>(
+                                            world->with_courses(courses_, platform_courses_))
+                                      : std::move(world)),
       settings_(settings),
       listener_(listener),
       store_(*world_, display_settings()),
@@ -202,6 +203,12 @@ void View::apply_environment(const wire::EventMessage& event) {
         good = good && c.door < world_->doors.size() && world_->doors[c.door].by_rules &&
                sensible(c.from);
     }
+    for (const auto& c : update.platforms) {
+        good = good && c.platform < world_->platforms.size() &&
+               world_->platforms[c.platform].path.by_rules && sensible(c.from) && c.along >= 0 &&
+               c.along <= world_->platforms[c.platform].path.length() && c.to >= 0 &&
+               c.to <= world_->platforms[c.platform].path.length();
+    }
     if (!good) {
         ++stats_.environment_malformed;
         return;
@@ -222,6 +229,9 @@ void View::apply_environment(const wire::EventMessage& event) {
     }
     for (const auto& c : update.doors) {
         courses_->announce(c.door, {c.from, c.open}, event.tick);
+    }
+    for (const auto& c : update.platforms) {
+        platform_courses_->announce(c.platform, {c.from, c.along, c.to}, event.tick);
     }
 }
 

@@ -163,6 +163,11 @@ class View {
     /// Of the doors that rules move.
     [[nodiscard]] const motion::DoorCourses& door_courses() const { return *courses_; }
 
+    /// Of the platforms that rules move.
+    [[nodiscard]] const motion::PlatformCourses& platform_courses() const {
+        return *platform_courses_;
+    }
+
     [[nodiscard]] OwnAvatar& own() { return own_; }
 
     [[nodiscard]] const OwnAvatar& own() const { return own_; }
@@ -198,7 +203,8 @@ class View {
     [[nodiscard]] DisplaySettings display_settings() const;
 
     std::shared_ptr<motion::DoorCourses> courses_;
-    std::shared_ptr<const WorldInfo> world_;  // its doors as courses_ say
+    std::shared_ptr<motion::PlatformCourses> platform_courses_;
+    std::shared_ptr<const WorldInfo> world_;  // its doors and platforms as the courses say
     ViewSettings settings_;
     ViewListener* listener_;
     EntityStore store_;

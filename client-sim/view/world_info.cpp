@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 namespace zoned::view {
@@ -118,6 +119,31 @@ std::vector<motion::Door> doors_around(const wire::WorldDescriptionMessage& desc
                          d.by_rules ? std::optional(number) : std::nullopt});
     }
     return doors;
+}
+
+/// Needs a description that passed sensible().
+motion::PlatformPath read_path(const wire::PlatformMessage& p, std::uint32_t number) {
+    motion::PlatformPath path;
+    for (std::size_t i = 0; i < p.ticks.size(); ++i) {
+        path.stops.push_back(
+            {Vec3(p.offsets[3 * i], p.offsets[3 * i + 1], p.offsets[3 * i + 2]), p.ticks[i]});
+    }
+    path.back = p.back;
+    path.wait = p.wait;
+    path.shift = p.shift;
+    path.by_rules = p.by_rules ? std::optional(number) : std::nullopt;
+    path.start = p.start;
+    return path;
+}
+
+std::vector<motion::Platform> platforms_around(const wire::WorldDescriptionMessage& description,
+                                               const Vec3d& origin) {
+    std::vector<motion::Platform> platforms;
+    for (std::uint32_t number = 0; number < description.platforms.size(); ++number) {
+        const wire::PlatformMessage& p = description.platforms[number];
+        platforms.push_back({box_around(*p.box, origin), read_path(p, number)});
+    }
+    return platforms;
 }
 
 /// Largest geometry of one surface that a client accepts, in floats: far above the size that
@@ -237,6 +263,23 @@ bool sensible(const wire::DoorMessage& d) {
     return true;
 }
 
+/// More stops than servers have are an attack.
+constexpr std::size_t kMostStops = 64;
+
+bool sensible(const wire::PlatformMessage& p) {
+    const auto in_period = [](std::int64_t ticks) {
+        return ticks >= 0 && ticks <= kMaxPeriod;
+    };
+    const std::size_t stops = p.ticks.size();
+    return p.box && sensible(*p.box) && stops >= 2 && stops <= kMostStops &&
+           p.offsets.size() == 3 * stops && sensible_numbers(p.offsets) && p.ticks[0] == 0 &&
+           p.ticks.back() <= kMaxPeriod &&
+           std::adjacent_find(p.ticks.begin(), p.ticks.end(), std::greater_equal<>()) ==
+               p.ticks.end() &&
+           in_period(p.back) && in_period(p.wait) && in_period(p.shift) && p.start >= 0 &&
+           p.start <= p.ticks.back() && !(p.by_rules && p.back > 0);
+}
+
 /// More clocks, variables or phases than servers have are an attack.
 constexpr std::size_t kMaxSharedVariables = 64;
 
@@ -348,6 +391,11 @@ std::string wrong_with(const wire::WorldDescriptionMessage& d) {
             return "malformed door";
         }
     }
+    for (const wire::PlatformMessage& platform : d.platforms) {
+        if (!sensible(platform)) {
+            return "malformed platform";
+        }
+    }
     for (const wire::StaticSurfaceMessage& s : d.surfaces) {
         if (!sensible(s)) {
             return "malformed static surface";
@@ -361,15 +409,20 @@ std::string wrong_with(const wire::WorldDescriptionMessage& d) {
 
 }  // namespace
 
-bool WorldInfo::has_moved_doors() const {
+bool WorldInfo::has_moved_parts() const {
     return std::any_of(
-        doors.begin(), doors.end(), [](const DoorInfo& door) { return door.by_rules; });
+               doors.begin(), doors.end(), [](const auto& door) { return door.by_rules; }) ||
+           std::any_of(platforms.begin(), platforms.end(), [](const PlatformInfo& platform) {
+               return platform.path.by_rules.has_value();
+           });
 }
 
-WorldInfo WorldInfo::with_courses(const std::shared_ptr<const motion::DoorCourses>& courses) const {
+WorldInfo WorldInfo::with_courses(
+    const std::shared_ptr<const motion::DoorCourses>& door_courses,
+    const std::shared_ptr<const motion::PlatformCourses>& platform_courses) const {
     WorldInfo out = *this;
     for (ZoneInfo& zone : out.zones) {
-        zone.geometry = zone.geometry.with_courses(courses);
+        zone.geometry = zone.geometry.with_courses(door_courses, platform_courses);
     }
     return out;
 }
@@ -430,11 +483,15 @@ core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& d) {
             static_cast<float>(static_cast<double>(d.ground_height_m) - zone.origin.y()),
             motion::kStaticCell_m,
             surfaces_around(d, surfaces, zone.origin),
-            doors_around(d, zone.origin));
+            doors_around(d, zone.origin),
+            platforms_around(d, zone.origin));
         world.zones.push_back(std::move(zone));
     }
     for (const wire::DoorMessage& door : d.doors) {
         world.doors.push_back({clean_name(door.name), read_times(door), door.by_rules});
+    }
+    for (std::uint32_t p = 0; p < d.platforms.size(); ++p) {
+        world.platforms.push_back({clean_name(d.platforms[p].name), read_path(d.platforms[p], p)});
     }
     world.cosmetics = read_cosmetics(d);
     world.environment = read_environment(d);

@@ -64,6 +64,12 @@ struct DoorInfo {
     bool by_rules = false;  ///< as the timetable says until DoorCourses say otherwise
 };
 
+/// A platform's box is in ZoneInfo::geometry.
+struct PlatformInfo {
+    std::string name;
+    motion::PlatformPath path;
+};
+
 /// Immutable once made.
 struct WorldInfo {
     double tick_s = 1.0 / 30.0;
@@ -72,17 +78,20 @@ struct WorldInfo {
     wire::FieldSchemas fields;  ///< declared ones by type; empty: no type has any
     std::vector<Lod> lods;
     std::vector<ZoneInfo> zones;
-    std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
+    std::vector<DoorInfo> doors;          ///< in the order of StaticGeometry::doors()
+    std::vector<PlatformInfo> platforms;  ///< in the order of StaticGeometry::platforms()
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticInfo> cosmetics;
     clock::EnvironmentDefs environment;  ///< clocks and variables that the client runs for itself
 
-    /// Whether rules move any of the doors.
-    [[nodiscard]] bool has_moved_doors() const;
+    /// Whether rules move any of the doors and platforms.
+    [[nodiscard]] bool has_moved_parts() const;
 
-    /// The same world for one client, whose doors are as `courses` say. Shares the geometry.
+    /// The same world for one client, whose doors and platforms are as courses say. Shares the
+    /// geometry.
     [[nodiscard]] WorldInfo with_courses(
-        const std::shared_ptr<const motion::DoorCourses>& courses) const;
+        const std::shared_ptr<const motion::DoorCourses>& door_courses,
+        const std::shared_ptr<const motion::PlatformCourses>& platform_courses) const;
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

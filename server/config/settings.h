@@ -98,6 +98,12 @@ struct NamedDoor {
     motion::Door door;
 };
 
+/// A platform of the config, world coordinates.
+struct NamedPlatform {
+    std::string name;
+    motion::Platform platform;
+};
+
 /// Cosmetic particles: only clients receive their description.
 struct CosmeticSystem {
     std::string name;
@@ -159,6 +165,7 @@ struct Settings {
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     std::vector<NamedDoor> doors;
+    std::vector<NamedPlatform> platforms;
     std::vector<zone::Trigger> triggers;
     std::vector<SurfaceSettings> surfaces;
     float ground_height_m = 0.0F;

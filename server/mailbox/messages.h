@@ -282,6 +282,7 @@ struct AuditRecord {
     std::vector<double> shared_clocks;  ///< their values, by number
     std::vector<double> shared_variables;  ///< likewise
     std::vector<std::uint32_t> doors;      ///< that rules move, by number: 1 open, 0 shut
+    std::vector<Tick> platforms;           ///< that rules move, by number: ticks along the way
 };
 
 /// What became of an operator's order.

@@ -3,7 +3,8 @@
 #include "server/zone/assemblies/motors.h"
 #include "server/zone/groups/group_changes.h"
 #include "server/zone/simulation/character_movement.h"
-#include "server/zone/simulation/zone_doors.h"
+#include "server/zone/simulation/moving/zone_doors.h"
+#include "server/zone/simulation/moving/zone_platforms.h"
 #include "server/zone/simulation/zone_particles.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 
@@ -57,6 +58,8 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     census.neighbours = static_cast<std::uint32_t>(state.settings.regions.size() - 1);
     census.doors = static_cast<std::uint32_t>(state.doors.body.size());
     census.turning_doors = doors_to_turn(state);
+    census.platforms = static_cast<std::uint32_t>(state.platforms.size());
+    census.moving_platforms = moving_platforms(state);
     census.rules_busy = state.timers.due(state.now) || state.rules->busy();
     census.ghosts_moved = state.ghosts_moved;
     census.frozen = state.frozen;

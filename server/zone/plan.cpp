@@ -3,25 +3,12 @@
 namespace zoned::zone {
 
 std::string_view pass_name(Pass pass) {
-    static constexpr std::array<std::string_view, kPasses> kNames = {"doors",
-                                                                     "inbox",
-                                                                     "rules",
-                                                                     "agents",
-                                                                     "movement",
-                                                                     "representation",
-                                                                     "soft",
-                                                                     "motors",
-                                                                     "physics",
-                                                                     "particles",
-                                                                     "contacts",
-                                                                     "handoff",
-                                                                     "ghosts",
-                                                                     "interest",
-                                                                     "visibility_filter",
-                                                                     "replication",
-                                                                     "history",
-                                                                     "audit",
-                                                                     "hash"};
+    static constexpr std::array<std::string_view, kPasses> kNames = {
+        "doors",       "inbox",          "rules",     "agents",
+        "movement",    "representation", "soft",      "motors",
+        "platforms",   "physics",        "particles", "contacts",
+        "handoff",     "ghosts",         "interest",  "visibility_filter",
+        "replication", "history",        "audit",     "hash"};
     return kNames[static_cast<std::size_t>(pass)];
 }
 
@@ -56,25 +43,32 @@ StepPlan plan_for(const Census& census) {
     decide(Pass::kMovement,
            live && census.characters > 0 &&
                (census.moving_characters > 0 || census.active_agents > 0 || census.viewers > 0 ||
-                census.turning_doors > 0),
+                census.turning_doors > 0 || census.moving_platforms > 0),
            "characters move or may begin to",
            census.frozen ? frozen : "no character moves");
     const bool physics =
         live && (census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0 ||
                  census.active_agents > 0 || census.viewers > 0 || census.ghosts_moved ||
-                 census.rules_busy || census.turning_doors > 0 || census.moving_motors > 0);
+                 census.rules_busy || census.turning_doors > 0 || census.moving_motors > 0 ||
+                 census.moving_platforms > 0);
     decide(Pass::kPhysics,
            physics,
-           census.awake_bodies > 0    ? "bodies are awake"
-           : census.awake_soft > 0    ? "soft bodies may push bodies"
-           : census.moving_motors > 0 ? "motors follow time"
-                                      : "somebody may touch a body",
+           census.awake_bodies > 0       ? "bodies are awake"
+           : census.awake_soft > 0       ? "soft bodies may push bodies"
+           : census.moving_motors > 0    ? "motors follow time"
+           : census.moving_platforms > 0 ? "platforms move"
+                                         : "somebody may touch a body",
            census.frozen ? frozen : "all bodies sleep");
     decide(Pass::kMotors,
            physics && census.motors > 0,
            census.moving_motors > 0 ? "motors follow time" : "motors may have to hold a position",
            census.motors == 0 ? "no joint has a motor"
                               : (census.frozen ? frozen : "physics does not run"));
+    decide(Pass::kPlatforms,
+           live && census.moving_platforms > 0,
+           "platforms move",
+           census.platforms == 0 ? "no platforms"
+                                 : (census.frozen ? frozen : "all platforms stand at a stop"));
     decide(Pass::kRepresentation,
            physics && census.reducible > 0,
            "props may be less than they are where nobody is near",

@@ -18,6 +18,7 @@ enum class Pass : std::uint8_t {
     kRepresentation,
     kSoft,
     kMotors,
+    kPlatforms,
     kPhysics,
     kParticles,
     kContacts,
@@ -60,7 +61,9 @@ struct Census {
     std::uint32_t neighbours = 0;
     std::uint32_t doors = 0;
     std::uint32_t turning_doors = 0;  ///< of these, that open or shut in this tick
-    bool particles_go_on = false;     ///< one of these has particles or will have
+    std::uint32_t platforms = 0;
+    std::uint32_t moving_platforms = 0;  ///< of these, that move in this tick or have just stopped
+    bool particles_go_on = false;        ///< one of these has particles or will have
     bool rules_busy = false;
     bool ghosts_moved = false;  ///< a neighbour's ghost changed in the last tick
     bool frozen = false;

@@ -79,6 +79,25 @@ class RulesContext {
         return std::nullopt;
     }
 
+    /// Sends a platform of the config that rules move (`platform { moved_by: RULES }`) to a stop, 0
+    /// being the first, in whatever zone it is, from `ahead_s` on (at least half a second), in
+    /// place of what was asked for then and later. It turns round where it is and passes stops
+    /// between without waiting. False where there is no such platform or stop, `ahead_s` is out of
+    /// range, or as many courses are ahead as are kept (motion::PlatformCourses).
+    virtual bool move_platform(std::string_view name, std::uint32_t stop, double ahead_s) {
+        (void)name;
+        (void)stop;
+        (void)ahead_s;
+        return false;
+    }
+
+    /// The stop at which a platform that rules move stands now; none where there is no such
+    /// platform, or it is between stops.
+    [[nodiscard]] virtual std::optional<std::uint32_t> platform_stop(std::string_view name) const {
+        (void)name;
+        return std::nullopt;
+    }
+
     /// The entity that the config placed under this name (`entity { name: "..." }`), in whatever
     /// zone it is by now; none where there is no such name. It may be gone: ids are never reused.
     [[nodiscard]] virtual EntityId entity_named(std::string_view name) const {

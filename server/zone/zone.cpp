@@ -14,9 +14,10 @@
 #include "server/zone/simulation/character_movement.h"
 #include "server/zone/simulation/character_pushes.h"
 #include "server/zone/simulation/copy_from_physics.h"
+#include "server/zone/simulation/moving/zone_doors.h"
+#include "server/zone/simulation/moving/zone_platforms.h"
 #include "server/zone/simulation/representation.h"
 #include "server/zone/simulation/zone_agents.h"
-#include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/viewers/audit.h"
@@ -184,6 +185,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });
     pass(Pass::kSoft, [&] { return step_soft(s); });
     pass(Pass::kMotors, [&] { return follow_motors(s); });
+    pass(Pass::kPlatforms, [&] { return steer_platforms(s); });
     pass(Pass::kPhysics, [&] {
         s.report.physics = s.scene.step(s.settings.dt);
         push_characters(s);

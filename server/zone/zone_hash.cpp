@@ -104,6 +104,11 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.hash.add(change.course.from);
         state.hash.add(change.course.open);
     }
+    for (const PlatformChange& change : state.out.platforms) {
+        state.hash.add(change.platform);
+        state.hash.add(change.from);
+        state.hash.add(change.to);
+    }
     hash_groups(state);
     if (state.next_store_request != 0) {
         state.hash.add(state.next_store_request);

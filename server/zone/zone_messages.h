@@ -120,6 +120,13 @@ struct DoorChange {
     motion::DoorCourse course;
 };
 
+/// Rules send a platform to a stop from a later tick on.
+struct PlatformChange {
+    std::uint32_t platform = 0;  ///< of the world
+    Tick from = 0;
+    Tick to = 0;  ///< ticks along its way
+};
+
 struct TopicChange {
     ClientId client;
     std::string topic;

@@ -113,6 +113,15 @@ struct DoorName {
     bool here = false;         ///< reaches into this zone: each instance has one of its name
 };
 
+/// A platform of the world that rules move.
+struct PlatformName {
+    std::string name;
+    std::uint32_t platform = 0;  ///< its number in the world
+    std::vector<Tick> stops;     ///< ticks along its way
+    Tick start = 0;              ///< where it stands until rules move it
+    bool here = false;           ///< reaches into this zone: each instance has one of its name
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -133,10 +142,12 @@ struct ZoneSettings {
     std::shared_ptr<const motion::StaticGeometry> statics;    ///< zone-local
     std::vector<DoorName> doors;                              ///< of the whole world
     std::shared_ptr<const motion::DoorCourses> door_courses;  ///< of `doors`; null: rules move none
-    std::vector<SpawnPoint> spawn_points;                     ///< of the whole world
-    std::vector<Trigger> triggers;                            ///< zone-local
-    std::vector<SurfaceBody> surfaces;                        ///< those of `statics`, zone-local
-    std::vector<ParticleSource> particles;                    ///< simulated ones, of all zones
+    std::vector<PlatformName> platforms;                      ///< of the whole world
+    std::shared_ptr<const motion::PlatformCourses> platform_courses;  ///< null: rules move none
+    std::vector<SpawnPoint> spawn_points;                             ///< of the whole world
+    std::vector<Trigger> triggers;                                    ///< zone-local
+    std::vector<SurfaceBody> surfaces;      ///< those of `statics`, zone-local
+    std::vector<ParticleSource> particles;  ///< simulated ones, of all zones
     std::vector<CosmeticBurst> cosmetic_bursts;
     physics::PhysicsSettings physics;
     ai::AiSettings ai;

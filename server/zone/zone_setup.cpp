@@ -1,6 +1,7 @@
 #include "server/zone/zone_setup.h"
 
-#include "server/zone/simulation/zone_doors.h"
+#include "server/zone/simulation/moving/zone_doors.h"
+#include "server/zone/simulation/moving/zone_platforms.h"
 #include "server/zone/simulation/zone_particles.h"
 #include "shared/core/assert.h"
 
@@ -58,6 +59,7 @@ void make_paths(ZoneState& state) {
 void set_up(ZoneState& state) {
     add_static_bodies(state);
     add_doors(state);
+    add_platforms(state);
     add_particle_systems(state);
     if (!state.settings.maps_later) {
         make_paths(state);

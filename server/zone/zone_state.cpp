@@ -55,6 +55,7 @@ void StepOutput::clear() {
     bursts.clear();
     clocks.clear();
     doors.clear();
+    platforms.clear();
     topics.clear();
     rules_messages.clear();
     handoffs.clear();

@@ -46,6 +46,7 @@ struct StepOutput {
     std::vector<BurstOut> bursts;
     std::vector<ClockChange> clocks;
     std::vector<DoorChange> doors;
+    std::vector<PlatformChange> platforms;
     std::vector<TopicChange> topics;
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;
@@ -214,6 +215,9 @@ struct ZoneState {
     ai::PointsOfInterest points_of_interest;
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
+    std::vector<BodyId> platforms;  ///< of the zone, in the order of StaticGeometry::platforms()
+    /// The statics without platforms, which agents plan on; null: the statics have none.
+    std::unique_ptr<const motion::StaticGeometry> fixed_ground;
     TriggerState triggers;
     std::unique_ptr<Rules> rules;
     bool rules_started = false;  ///< on_start was called

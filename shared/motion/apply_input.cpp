@@ -3,6 +3,7 @@
 #include "shared/core/elementary/elementary.h"
 #include "shared/math/aabb.h"
 #include "shared/motion/capsule_sweep.h"
+#include "shared/motion/platforms/platform_carry.h"
 
 #include <algorithm>
 #include <array>
@@ -142,12 +143,20 @@ class Mover {
           const StaticGeometry& world,
           const Vec3& way,
           float dt,
-          Tick tick)
+          Tick tick,
+          const PlatformCarry* carry)
         : limits_(limits),
+          world_(world),
           dt_(dt),
+          tick_(tick),
+          carry_(carry),
           start_height_(from.position.y()),
           door_push_(world.doors().empty() ? 0.0F : limits.speed * dt),
-          sweep_(world, {limits.radius, limits.half_segment}, region_of(from.position, way), tick),
+          sweep_(world,
+                 {limits.radius, limits.half_segment},
+                 region_of(from.position, way),
+                 tick,
+                 passed_by(carry)),
           state_(from) {
         state_.position = sweep_.parted(from.position, door_push_);
     }
@@ -218,7 +227,9 @@ class Mover {
     [[nodiscard]] const CharacterState& state() const { return state_; }
 
   private:
-    static Vec3 horizontal(const Vec3& v) { return {v.x(), 0.0F, v.z()}; }
+    static const PassedPlatforms* passed_by(const PlatformCarry* carry) {
+        return carry == nullptr ? nullptr : &carry->passed;
+    }
 
     /// The vertical part of a move that follows the ground.
     static float climb(const Vec3& move, const Vec3& ground) {
@@ -275,15 +286,27 @@ class Mover {
         state_.grounded = hit.hit && carries(hit);
         if (!state_.grounded) {
             advance(Vec3(0.0F, -std::min(hit.fraction * drop, lifted), 0.0F));
-            state_.velocity.y() = 0.0F;
+            state_.velocity.y() = carry_ == nullptr ? 0.0F : carry_->now.y();
             return;
         }
         advance(Vec3(0.0F, -hit.fraction * drop, 0.0F));
         if (hit.ground_plane) {
             state_.position.y() = sweep_.floor_height();
         }
-        // Vertical speed of the ground underfoot. The normal of a rim turns within centimetres:
-        // there the mean of the tick says more, but no more than ground that carries could give.
+        if (hit.platform != kNoPlatform) {
+            const Vec3 moving = platform_velocity(world_, hit.platform, dt_, tick_);
+            state_.velocity -= moving;
+            follow_ground(hit);
+            state_.velocity += moving;
+        } else {
+            follow_ground(hit);
+        }
+    }
+
+    /// Gives the velocity the vertical speed of the ground underfoot.
+    void follow_ground(const SweepHit& hit) {
+        // The normal of a rim turns within centimetres: there the mean of the tick says more, but
+        // no more than ground that carries could give.
         const bool rim = hit.face_up > hit.normal.y() + 0.001F;
         const float rate =
             rim ? (state_.position.y() - start_height_) / dt_ : climb(state_.velocity, hit.normal);
@@ -293,12 +316,55 @@ class Mover {
     }
 
     const CharacterLimits& limits_;
+    const StaticGeometry& world_;
     float dt_;
+    Tick tick_;
+    const PlatformCarry* carry_;  // null: no platform is near
     float start_height_;
     float door_push_;  // m, out of doors that shut on it
     CapsuleSweep sweep_;
     CharacterState state_;
 };
+
+/// As apply_input(), of a character that platforms (null: there are none near) have carried to
+/// `begin`.
+CharacterState moved(const CharacterState& begin,
+                     const Vec3& wanted,
+                     bool jumps,
+                     const CharacterLimits& limits,
+                     const StaticGeometry& world,
+                     float dt,
+                     Tick tick,
+                     const PlatformCarry* carry) {
+    Vec3 velocity = horizontal(begin.velocity);
+    Vec3 goal = wanted;
+    if (carry != nullptr) {
+        velocity -= horizontal(carry->before);
+        goal += carry->below;
+    }
+    if (begin.grounded && !jumps) {
+        Acceleration run = accelerate(velocity, goal, limits.acceleration, dt);
+        if (carry != nullptr) {
+            run.way += carry->rest;
+            run.velocity += horizontal(carry->now);
+        }
+        Mover mover(begin, limits, world, run.way, dt, tick, carry);
+        mover.walk(run.way, run.velocity);
+        return mover.state();
+    }
+    const float rise = jumps ? limits.jump_speed : begin.velocity.y();
+    Acceleration flight = accelerate(velocity, goal, limits.air_acceleration, dt);
+    // The exact parabola, so that the apex is at v^2 / 2g whatever the step.
+    flight.way.y() = (rise - 0.5F * limits.gravity * dt) * dt;
+    flight.velocity.y() = rise - limits.gravity * dt;
+    if (carry != nullptr) {
+        flight.way += carry->rest;
+        flight.velocity += carry->now;
+    }
+    Mover mover(begin, limits, world, flight.way, dt, tick, carry);
+    mover.fall(flight.way, flight.velocity, wanted.isZero(0.0F));
+    return mover.state();
+}
 
 }  // namespace
 
@@ -309,7 +375,6 @@ CharacterState apply_input(const CharacterState& from,
                            float dt,
                            Tick tick) {
     const Vec3 wanted = wanted_velocity(command, limits);
-    const bool still = wanted.isZero(0.0F);
     const bool jumps = from.grounded && (command.buttons & kButtonJump) != 0;
     CharacterState begin = from;
     begin.yaw = command.yaw;
@@ -317,26 +382,19 @@ CharacterState apply_input(const CharacterState& from,
         begin.position += from.velocity * dt;
         return begin;
     }
-    if (from.grounded && !jumps) {
-        if (still && from.velocity.isZero(0.0F) &&
-            !moved_by_door(from.position, limits, world, tick)) {
-            return begin;  // static ground carries on carrying
-        }
-        const Vec3 velocity(from.velocity.x(), 0.0F, from.velocity.z());
-        const Acceleration run = accelerate(velocity, wanted, limits.acceleration, dt);
-        Mover mover(begin, limits, world, run.way, dt, tick);
-        mover.walk(run.way, run.velocity);
-        return mover.state();
+    if (from.grounded && !jumps && wanted.isZero(0.0F) && from.velocity.isZero(0.0F) &&
+        !moved_by_door(from.position, limits, world, tick) &&
+        !moved_by_platform(from.position, limits, world, tick)) {
+        return begin;  // static ground carries on carrying
     }
-    const Vec3 velocity(from.velocity.x(), 0.0F, from.velocity.z());
-    const float rise = jumps ? limits.jump_speed : from.velocity.y();
-    Acceleration flight = accelerate(velocity, wanted, limits.air_acceleration, dt);
-    // The exact parabola, so that the apex is at v^2 / 2g whatever the step.
-    flight.way.y() = (rise - 0.5F * limits.gravity * dt) * dt;
-    flight.velocity.y() = rise - limits.gravity * dt;
-    Mover mover(begin, limits, world, flight.way, dt, tick);
-    mover.fall(flight.way, flight.velocity, still);
-    return mover.state();
+    if (!world.platforms().empty() && tick != kAllDoorsOpen) {
+        const PlatformCarry carry = carry_by_platforms(from, limits, world, dt, tick);
+        if (carry.near) {
+            begin.position = carry.position;
+            return moved(begin, wanted, jumps, limits, world, dt, tick, &carry);
+        }
+    }
+    return moved(begin, wanted, jumps, limits, world, dt, tick, nullptr);
 }
 
 bool moved_by_door(const Vec3& position,

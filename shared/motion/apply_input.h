@@ -46,7 +46,11 @@ struct CharacterState {
 ///   capsule that begins inside a box is moved out by the shortest way.
 /// - Doors are as at `tick`, which is the one whose state is returned. A door that shuts on a
 ///   character pushes it out by the shortest way, at its walking speed; a character that
-///   stands still is moved as well. kAllDoorsOpen: no door is there.
+///   stands still is moved as well. kAllDoorsOpen: no door and no platform is there.
+/// - `dt` is one tick where a platform is near. A character that stands on a platform is carried
+///   along (PlatformCarry) and walks relative to it; its velocity is that of the world. Jumping or
+///   walking off, it keeps the platform's velocity. In the air over a platform, up to the height of
+///   a jump, it steers relative to it, so that a jump straight up comes down where it began.
 /// Deterministic: same arguments, same bits. No allocation.
 CharacterState apply_input(const CharacterState& from,
                            const InputCommand& command,

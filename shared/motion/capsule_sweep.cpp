@@ -1,7 +1,5 @@
 #include "shared/motion/capsule_sweep.h"
 
-#include "shared/math/closest.h"
-
 #include <algorithm>
 
 namespace zoned::motion {
@@ -13,8 +11,6 @@ namespace {
 constexpr float kGraze = 5e-5F;
 /// The sweep ends this close before the first contact, m.
 constexpr float kTolerance = 2e-5F;
-/// Grazing moves may use up some of the skin; it is restored before it is gone.
-constexpr float kLeastAir = 0.25F * kSkin;
 constexpr int kNewtonSteps = 8;
 constexpr int kPartingPasses = 8;
 
@@ -68,19 +64,26 @@ float first_contact(const Vec3& way, float reach, DistanceAt&& distance_at, Foun
 
 }  // namespace
 
+SegmentBoxDistance distance_to(const Capsule& capsule,
+                               const Vec3& position,
+                               const StaticBox& box,
+                               const Mat3& axes) {
+    const LocalSegment segment = local_segment(box, axes, position, capsule.half_segment);
+    return segment_box_distance(segment.middle, segment.half, box.half_extents);
+}
+
 bool overlaps(const Capsule& capsule,
               const Vec3& position,
               const StaticBox& box,
               const Mat3& axes) {
-    const LocalSegment segment = local_segment(box, axes, position, capsule.half_segment);
-    return segment_box_distance(segment.middle, segment.half, box.half_extents).distance <
-           capsule.radius + kLeastAir;
+    return distance_to(capsule, position, box, axes).distance < capsule.radius + kLeastAir;
 }
 
 CapsuleSweep::CapsuleSweep(const StaticGeometry& world,
                            const Capsule& capsule,
                            const Aabb& area,
-                           Tick tick)
+                           Tick tick,
+                           const PassedPlatforms* passed)
     : world_(world),
       tick_(tick),
       capsule_(capsule),
@@ -102,6 +105,11 @@ CapsuleSweep::CapsuleSweep(const StaticGeometry& world,
             (bounds.lower.x() <= reached.upper.x() && bounds.upper.x() >= reached.lower.x() &&
              bounds.lower.z() <= reached.upper.z() && bounds.upper.z() >= reached.lower.z());
     }
+    if (!world.platforms().empty() && tick != kAllDoorsOpen &&
+        (passed == nullptr || !passed->all)) {
+        passed_ = passed;
+        world.for_each_platform_near(reached, [this](std::uint32_t) { near_platforms_ = true; });
+    }
 }
 
 SweepHit CapsuleSweep::sweep_ground(const Vec3& from, const Vec3& move) const {
@@ -115,9 +123,10 @@ SweepHit CapsuleSweep::sweep_ground(const Vec3& from, const Vec3& move) const {
     return hit;
 }
 
-SweepHit CapsuleSweep::sweep_box(std::uint32_t index, const Vec3& from, const Vec3& move) const {
-    const StaticBox& box = world_.box(index);
-    const Mat3& axes = world_.box_axes(index);
+SweepHit CapsuleSweep::sweep_box(const StaticBox& box,
+                                 const Mat3& axes,
+                                 const Vec3& from,
+                                 const Vec3& move) const {
     const LocalSegment segment = local_segment(box, axes, from, capsule_.half_segment);
     const Vec3 way = axes.transpose() * move;
     const auto distance_at = [&](float s) {
@@ -164,6 +173,12 @@ SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
             first = hit;
         }
     }
+    if (near_platforms_) {
+        const SweepHit hit = sweep_platforms(from, move, [](const SweepHit&) { return true; });
+        if (hit.hit && (!first.hit || hit.fraction < first.fraction)) {
+            first = hit;
+        }
+    }
     return first;
 }
 
@@ -204,9 +219,7 @@ Vec3 CapsuleSweep::parted(Vec3 position, float most_of_doors) const {
         for_each_on_path(position, Vec3::Zero(), [&](std::uint32_t index) {
             const StaticBox& box = world_.box(index);
             const Mat3& axes = world_.box_axes(index);
-            const LocalSegment segment = local_segment(box, axes, position, capsule_.half_segment);
-            const SegmentBoxDistance found =
-                segment_box_distance(segment.middle, segment.half, box.half_extents);
+            const SegmentBoxDistance found = distance_to(capsule_, position, box, axes);
             if (found.distance < capsule_.radius + kLeastAir) {
                 float out = capsule_.radius + 0.5F * kSkin - found.distance;
                 if (index >= fixed) {

@@ -2,6 +2,7 @@
 // stops it.
 #pragma once
 
+#include "shared/math/closest.h"
 #include "shared/math/types.h"
 #include "shared/motion/static_geometry.h"
 
@@ -22,9 +23,46 @@ struct Capsule {
 /// some kilometres from the origin, and far too little to be visible.
 inline constexpr float kSkin = 0.001F;
 
+/// Grazing moves may use up some of the skin; it is restored before it is gone.
+inline constexpr float kLeastAir = 0.25F * kSkin;
+
+/// The distance of the capsule's segment from a box, in the axes of the box, which are the columns
+/// of `axes`.
+SegmentBoxDistance distance_to(const Capsule& capsule,
+                               const Vec3& position,
+                               const StaticBox& box,
+                               const Mat3& axes);
+
 /// Whether a capsule is so far inside a box that CapsuleSweep::parted() moves it; columns of `axes`
 /// are the box's.
 bool overlaps(const Capsule& capsule, const Vec3& position, const StaticBox& box, const Mat3& axes);
+
+inline constexpr std::uint32_t kNoPlatform = UINT32_MAX;
+
+/// Platforms that a capsule passes through, because one has it squeezed.
+struct PassedPlatforms {
+    static constexpr std::size_t kMost = 8;
+
+    std::array<std::uint32_t, kMost> number{};
+    std::size_t count = 0;
+    bool all = false;  ///< none is an obstacle
+
+    /// All, where there are more than kMost.
+    void add(std::uint32_t platform) {
+        all = all || count == kMost;
+        if (!all) {
+            number[count++] = platform;
+        }
+    }
+
+    [[nodiscard]] bool has(std::uint32_t platform) const {
+        bool found = all;
+        for (std::size_t i = 0; i < count; ++i) {
+            found = found || number[i] == platform;
+        }
+        return found;
+    }
+};
 
 /// The obstacle that a moving capsule hit.
 struct SweepHit {
@@ -35,6 +73,7 @@ struct SweepHit {
     /// Vertical part of the most upward normal among the faces that meet where the capsule was hit:
     /// distinguishes the rim of walkable ground from the rim of a wall.
     float face_up = 1.0F;
+    std::uint32_t platform = kNoPlatform;  ///< that was hit
 };
 
 /// The static boxes near one character's tick, gathered once, and the surfaces there. No
@@ -43,11 +82,13 @@ struct SweepHit {
 class CapsuleSweep {
   public:
     /// `area` must hold all positions of the capsule in later calls, without its own size. Doors
-    /// are as at `tick`.
+    /// and platforms are as at `tick`, but for those that it passes (`passed` outlives this, null:
+    /// none); kAllDoorsOpen: there are none.
     CapsuleSweep(const StaticGeometry& world,
                  const Capsule& capsule,
                  const Aabb& area,
-                 Tick tick = kAllDoorsOpen);
+                 Tick tick = kAllDoorsOpen,
+                 const PassedPlatforms* passed = nullptr);
 
     /// The first obstacle on the path of the capsule's centre from `from` to `from + move`.
     /// Obstacles that the move only grazes (nears by less than 0.05 mm) or leaves do not count. The
@@ -82,13 +123,17 @@ class CapsuleSweep {
             });
         }
         if (!found && near_surfaces_) {
-            consider(sweep_surfaces(from, move, carries));
+            found = consider(sweep_surfaces(from, move, carries));
+        }
+        if (!found && near_platforms_) {
+            consider(sweep_platforms(from, move, carries));
         }
         return best;
     }
 
-    /// `position`, moved out of boxes, surfaces and ground where the capsule overlaps them; out of
-    /// doors by `most_of_doors` m at most. One that overlaps nothing is returned as it is.
+    /// `position`, moved out of boxes, surfaces and ground where the capsule overlaps them, but not
+    /// out of platforms; out of doors by `most_of_doors` m at most. One that overlaps nothing is
+    /// returned as it is.
     [[nodiscard]] Vec3 parted(Vec3 position,
                               float most_of_doors = std::numeric_limits<float>::infinity()) const;
 
@@ -97,7 +142,20 @@ class CapsuleSweep {
 
   private:
     [[nodiscard]] SweepHit sweep_ground(const Vec3& from, const Vec3& move) const;
-    [[nodiscard]] SweepHit sweep_box(std::uint32_t box, const Vec3& from, const Vec3& move) const;
+    [[nodiscard]] SweepHit sweep_box(const StaticBox& box,
+                                     const Mat3& axes,
+                                     const Vec3& from,
+                                     const Vec3& move) const;
+
+    [[nodiscard]] SweepHit sweep_box(std::uint32_t box, const Vec3& from, const Vec3& move) const {
+        return sweep_box(world_.box(box), world_.box_axes(box), from, move);
+    }
+
+    /// The first platform that the move hits, among hits that `counts` accepts.
+    template <class Counts>
+    [[nodiscard]] SweepHit sweep_platforms(const Vec3& from,
+                                           const Vec3& move,
+                                           Counts&& counts) const;
     /// `triangle` and the move in the triangle's own coordinates.
     [[nodiscard]] SweepHit sweep_triangle(const FacedTriangle& triangle,
                                           const Vec3& from,
@@ -153,6 +211,8 @@ class CapsuleSweep {
     Vec3 reach_;
     float floor_height_;
     bool near_surfaces_ = false;
+    bool near_platforms_ = false;
+    const PassedPlatforms* passed_ = nullptr;
     std::size_t near_count_ = 0;  // may exceed the array: then the array is not used
     std::array<std::uint32_t, 64> near_;
 };
@@ -178,6 +238,25 @@ SweepHit CapsuleSweep::sweep_surfaces(const Vec3& from, const Vec3& move, Counts
             first.face_up = first.face_up > hit.face_up ? first.face_up : hit.face_up;
             first.fraction = first.fraction < hit.fraction ? first.fraction : hit.fraction;
         } else if (!first.hit || hit.fraction < first.fraction) {
+            first = hit;
+        }
+    });
+    return first;
+}
+
+template <class Counts>
+SweepHit CapsuleSweep::sweep_platforms(const Vec3& from, const Vec3& move, Counts&& counts) const {
+    const Vec3 to = from + move;
+    const Aabb way{from.cwiseMin(to) - reach_, from.cwiseMax(to) + reach_};
+    SweepHit first;
+    world_.for_each_platform_near(way, [&](std::uint32_t number) {
+        if (passed_ != nullptr && passed_->has(number)) {
+            return;
+        }
+        SweepHit hit =
+            sweep_box(world_.platform_box(number, tick_), world_.platform_axes(number), from, move);
+        if (hit.hit && (!first.hit || hit.fraction < first.fraction) && counts(hit)) {
+            hit.platform = number;
             first = hit;
         }
     });

@@ -19,6 +19,17 @@ Aabb bounds_of(const StaticBox& box, const Mat3& axes) {
     return {box.centre - half, box.centre + half};
 }
 
+core::SharedColumn<Platform> column_of(std::vector<Platform> platforms) {
+    for (Platform& platform : platforms) {
+        ZONED_ASSERT(platform.path.stops.size() > 1, "a platform has stops to travel between");
+        for (float& coordinate : platform.box.centre) {
+            coordinate = on_platform_step(static_cast<double>(coordinate));
+        }
+    }
+    return platforms.empty() ? core::SharedColumn<Platform>()
+                             : core::SharedColumn<Platform>(std::move(platforms));
+}
+
 }  // namespace
 
 PlacedSurface::PlacedSurface(const StaticSurface& from)
@@ -49,9 +60,11 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes,
                                float ground_height,
                                float cell_m,
                                const std::vector<StaticSurface>& surfaces,
-                               std::vector<Door> doors)
+                               std::vector<Door> doors,
+                               std::vector<Platform> platforms)
     : fixed_(boxes.size()),
       doors_(std::move(doors)),
+      platforms_(column_of(std::move(platforms))),
       surfaces_(std::vector<PlacedSurface>(surfaces.begin(), surfaces.end())),
       ground_height_(ground_height),
       cell_m_(cell_m) {
@@ -59,6 +72,9 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes,
     for (const Door& door : doors_) {
         ZONED_ASSERT(door.times.period > 0, "the timetable of a door has a period");
         boxes.push_back(door.box);
+    }
+    for (const Platform& platform : platforms_) {
+        boxes.push_back(platform.box);
     }
     boxes_ = core::SharedColumn(std::move(boxes));
     index_boxes();
@@ -82,9 +98,35 @@ Tick StaticGeometry::next_turn(Tick tick) const {
     return next;
 }
 
-StaticGeometry StaticGeometry::with_courses(std::shared_ptr<const DoorCourses> courses) const {
+StaticGeometry StaticGeometry::with_courses(
+    std::shared_ptr<const DoorCourses> doors,
+    std::shared_ptr<const PlatformCourses> platforms) const {
     StaticGeometry out = *this;
-    out.courses_ = std::move(courses);
+    out.courses_ = std::move(doors);
+    out.platform_courses_ = std::move(platforms);
+    return out;
+}
+
+Tick StaticGeometry::along_at(std::uint32_t platform, Tick tick) const {
+    const PlatformPath& path = platforms_[platform].path;
+    if (!path.by_rules) {
+        return path.along_at(tick);
+    }
+    const PlatformCourse* course =
+        platform_courses_ ? platform_courses_->at(*path.by_rules, tick) : nullptr;
+    return course == nullptr ? path.start : course->along_at(tick);
+}
+
+StaticBox StaticGeometry::platform_box(std::uint32_t platform, Tick tick) const {
+    StaticBox box = platforms_[platform].box;
+    box.centre += platform_offset(platform, tick);
+    return box;
+}
+
+StaticGeometry StaticGeometry::without_platforms() const {
+    StaticGeometry out = *this;
+    out.platforms_ = {};
+    out.platform_courses_ = nullptr;
     return out;
 }
 
@@ -96,6 +138,14 @@ void StaticGeometry::index_boxes() {
     for (const StaticBox& box : boxes_) {
         axes.emplace_back(box.orientation.toRotationMatrix());
         bounds.push_back(bounds_of(box, axes.back()));
+    }
+    for (std::uint32_t p = 0; p < platforms_.size(); ++p) {
+        Aabb& all = bounds[first_platform() + p];
+        const Aabb first = all;
+        for (const PlatformStop& stop : platforms_[p].path.stops) {
+            all.lower = all.lower.cwiseMin(first.lower + stop.offset);
+            all.upper = all.upper.cwiseMax(first.upper + stop.offset);
+        }
     }
     axes_ = core::SharedColumn(std::move(axes));
     bounds_ = core::SharedColumn(std::move(bounds));
@@ -149,6 +199,7 @@ void StaticGeometry::index_cells() {
 StaticGeometry StaticGeometry::with_shut(std::span<const std::uint32_t> shut) const {
     StaticGeometry out = *this;
     out.doors_ = {};
+    out.platforms_ = {};
     std::vector<StaticBox> boxes(boxes_.begin(), boxes_.begin() + fixed_);
     for (const std::uint32_t number : shut) {
         boxes.push_back(doors_[number].box);

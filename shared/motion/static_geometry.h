@@ -1,5 +1,5 @@
-// StaticGeometry: the static world and its doors, with which characters on server and client
-// collide.
+// StaticGeometry: the static world, its doors and its platforms, with which characters on server
+// and client collide.
 #pragma once
 
 #include "shared/core/containers/shared_column.h"
@@ -8,6 +8,7 @@
 #include "shared/motion/door_courses.h"
 #include "shared/motion/doors.h"
 #include "shared/motion/ground_surface.h"
+#include "shared/motion/platforms/platform_path.h"
 
 #include <cstdint>
 #include <memory>
@@ -58,9 +59,10 @@ class PlacedSurface {
 inline constexpr float kStaticCell_m = 16.0F;
 
 /// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane y =
-/// ground_height; and doors, which are boxes like these while they are shut. Immutable after
-/// construction, so that threads and bots share one copy: each query names its tick. Copies share
-/// all columns, so that they cost little. A world without doors pays nothing for those of others.
+/// ground_height; doors, which are boxes like these while they are shut; and platforms, whose boxes
+/// move. Immutable after construction, so that threads and bots share one copy: each query names
+/// its tick. Copies share all columns, so that they cost little. A world without doors or platforms
+/// pays nothing for those of others.
 class StaticGeometry {
   public:
     StaticGeometry() = default;
@@ -69,7 +71,8 @@ class StaticGeometry {
                    float ground_height,
                    float cell_m = kStaticCell_m,
                    const std::vector<StaticSurface>& surfaces = {},
-                   std::vector<Door> doors = {});
+                   std::vector<Door> doors = {},
+                   std::vector<Platform> platforms = {});
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
 
@@ -85,9 +88,42 @@ class StaticGeometry {
     /// A tick after `tick` before which no door turns: of those that rules move, the next one.
     [[nodiscard]] Tick next_turn(Tick tick) const;
 
-    /// The same world, in which `courses` say how the doors are that rules move. Without courses,
-    /// they are as their timetable says.
-    [[nodiscard]] StaticGeometry with_courses(std::shared_ptr<const DoorCourses> courses) const;
+    /// The same world, in which courses say how the doors and platforms are that rules move.
+    /// Without courses, doors are as their timetable says and platforms stand at their start.
+    [[nodiscard]] StaticGeometry with_courses(
+        std::shared_ptr<const DoorCourses> doors,
+        std::shared_ptr<const PlatformCourses> platforms = nullptr) const;
+
+    /// Boxes that move.
+    [[nodiscard]] std::span<const Platform> platforms() const { return platforms_; }
+
+    /// How far along its way a platform is at a tick, in ticks of travel.
+    [[nodiscard]] Tick along_at(std::uint32_t platform, Tick tick) const;
+
+    /// The displacement of a platform from its first stop, m.
+    [[nodiscard]] Vec3 platform_offset(std::uint32_t platform, Tick tick) const {
+        return platforms_[platform].path.offset(along_at(platform, tick));
+    }
+
+    /// Its displacement in the tick that ends at `tick`, m.
+    [[nodiscard]] Vec3 platform_move(std::uint32_t platform, Tick tick) const {
+        return platform_offset(platform, tick) - platform_offset(platform, tick - 1);
+    }
+
+    /// Its box where it is at a tick.
+    [[nodiscard]] StaticBox platform_box(std::uint32_t platform, Tick tick) const;
+
+    [[nodiscard]] const Mat3& platform_axes(std::uint32_t platform) const {
+        return axes_[first_platform() + platform];
+    }
+
+    /// Bounds of its box wherever it may be.
+    [[nodiscard]] const Aabb& platform_bounds(std::uint32_t platform) const {
+        return bounds_[first_platform() + platform];
+    }
+
+    /// The same world without its platforms.
+    [[nodiscard]] StaticGeometry without_platforms() const;
 
     /// A box, or a door's.
     [[nodiscard]] const StaticBox& box(std::uint32_t index) const { return boxes_[index]; }
@@ -115,8 +151,12 @@ class StaticGeometry {
     template <class Visit>
     void for_each_door_near(const Aabb& area, Visit&& visit) const;
 
-    /// The same world with the named doors as ordinary boxes, and without the other doors. It
-    /// equals this world while exactly these doors are shut. `shut` is ascending.
+    /// Calls `visit(number)` for each platform that may come into `area`, in ascending order.
+    template <class Visit>
+    void for_each_platform_near(const Aabb& area, Visit&& visit) const;
+
+    /// The same world with the named doors as ordinary boxes, and without the other doors and
+    /// platforms. It equals this world while exactly these doors are shut. `shut` is ascending.
     [[nodiscard]] StaticGeometry with_shut(std::span<const std::uint32_t> shut) const;
 
   private:
@@ -127,13 +167,20 @@ class StaticGeometry {
 
     [[nodiscard]] bool open_at(std::uint32_t door, Tick tick) const;
 
+    /// The number of the first platform's box.
+    [[nodiscard]] std::uint32_t first_platform() const {
+        return static_cast<std::uint32_t>(fixed_ + doors_.size());
+    }
+
     void index_boxes();
     void index_cells();
 
-    core::SharedColumn<StaticBox> boxes_;  // the permanent boxes, then the doors'
+    core::SharedColumn<StaticBox> boxes_;  // the permanent boxes, the doors', the platforms'
     std::size_t fixed_ = 0;                // number of permanent boxes
     core::SharedColumn<Door> doors_;
     std::shared_ptr<const DoorCourses> courses_;  // null: rules move no door
+    core::SharedColumn<Platform> platforms_;
+    std::shared_ptr<const PlatformCourses> platform_courses_;  // null: rules move no platform
     core::SharedColumn<PlacedSurface> surfaces_;
     core::SharedColumn<Aabb> bounds_;
     core::SharedColumn<Mat3> axes_;

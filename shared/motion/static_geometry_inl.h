@@ -16,7 +16,7 @@ void StaticGeometry::for_each_near(const Aabb& area, Tick tick, Visit&& visit) c
         for_each_near(area, visit);
         return;
     }
-    visit_near(area, 0, static_cast<std::uint32_t>(boxes_.size()), [&](std::uint32_t index) {
+    visit_near(area, 0, first_platform(), [&](std::uint32_t index) {
         if (index < fixed_ || shut_at(index - static_cast<std::uint32_t>(fixed_), tick)) {
             visit(index);
         }
@@ -26,9 +26,14 @@ void StaticGeometry::for_each_near(const Aabb& area, Tick tick, Visit&& visit) c
 template <class Visit>
 void StaticGeometry::for_each_door_near(const Aabb& area, Visit&& visit) const {
     const auto first = static_cast<std::uint32_t>(fixed_);
-    visit_near(area, first, static_cast<std::uint32_t>(boxes_.size()), [&](std::uint32_t index) {
-        visit(index - first);
-    });
+    visit_near(area, first, first_platform(), [&](std::uint32_t index) { visit(index - first); });
+}
+
+template <class Visit>
+void StaticGeometry::for_each_platform_near(const Aabb& area, Visit&& visit) const {
+    const std::uint32_t first = first_platform();
+    const auto end = first + static_cast<std::uint32_t>(platforms_.size());
+    visit_near(area, first, end, [&](std::uint32_t index) { visit(index - first); });
 }
 
 template <class Visit>

@@ -9,7 +9,7 @@ namespace zoned::fuzz {
 
 namespace {
 
-/// A box, a door, a slope, a triangle, smoke, a clock and a variable.
+/// A box, a door, a platform, a slope, a triangle, smoke, a clock and a variable.
 proto::WorldDescription furnished() {
     test::FakeServer server;
     server.sparks = true;
@@ -18,7 +18,13 @@ proto::WorldDescription furnished() {
     door.set_period(30);
     door.add_open(10);
     door.add_open(20);
-    for (proto::StaticBox* box : {w.add_boxes(), door.mutable_box()}) {
+    proto::Platform& platform = *w.add_platforms();
+    for (const float offset : {0.0F, 0.0F, 0.0F, -3.0F, 2.0F, 0.0F}) {
+        platform.add_offsets(offset);
+    }
+    platform.add_ticks(0);
+    platform.add_ticks(20);
+    for (proto::StaticBox* box : {w.add_boxes(), door.mutable_box(), platform.mutable_box()}) {
         for (int axis = 0; axis < 3; ++axis) {
             box->add_centre(3.0F);
             box->add_half_extents(1.0F);

@@ -84,6 +84,23 @@ std::vector<Door> doors() {
     return out;
 }
 
+std::vector<Platform> platforms() {
+    std::vector<Platform> out;
+    for (int i = 0; i < 6; ++i) {
+        Platform platform;
+        platform.box.centre =
+            Vec3(2.0F * static_cast<float>(i) - 5.0F, 0.5F, static_cast<float>(i % 3) - 1.0F);
+        platform.box.half_extents = Vec3(1.5F, 0.2F, 1.5F);
+        platform.path.stops = {{Vec3::Zero(), 0},
+                               {Vec3(0.0F, 2.0F, 1.0F), 40 + 7 * i},
+                               {Vec3(-3.0F, 1.0F, 2.0F), 100 + 5 * i}};
+        platform.path.back = i % 2 == 0 ? 0 : 60;
+        platform.path.wait = 10;
+        out.push_back(platform);
+    }
+    return out;
+}
+
 std::vector<float> walk(const StaticGeometry& world, core::Rng& rng) {
     std::vector<float> out;
     CharacterState state;
@@ -275,8 +292,10 @@ std::vector<float> numbers_of(std::size_t subject) {
             return blended_turns(rng);
         case 16:
             return upright(rng);
-        default:
+        case 17:
             return elementary_hashes();
+        default:
+            return walk(StaticGeometry(boxes(rng), 0.0F, kStaticCell_m, {}, {}, platforms()), rng);
     }
 }
 

@@ -8,7 +8,7 @@
 namespace zoned::testing_web {
 
 /// Subjects whose numbers must be the same bits in each build.
-inline constexpr std::array<std::string_view, 18> kSubjects = {
+inline constexpr std::array<std::string_view, 19> kSubjects = {
     "walk on boxes",
     "walk on a surface",
     "walk through doors",
@@ -27,6 +27,7 @@ inline constexpr std::array<std::string_view, 18> kSubjects = {
     "blended turns",
     "upright states",
     "elementary functions",
+    "walk on platforms",
 };
 
 /// The numbers of a subject.

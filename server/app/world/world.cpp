@@ -42,12 +42,14 @@ proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
 }
 
 /// A zone as the config asks for it: only one with faults on purpose is decorated.
-std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
-                                      ZoneId id,
-                                      const std::shared_ptr<const world::TypeTable>& types,
-                                      const std::shared_ptr<const motion::DoorCourses>& doors,
-                                      zone::Stopwatch stopwatch) {
-    zone::ZoneSettings of_zone = zone_settings(settings, id, types, doors);
+std::unique_ptr<zone::Zone> make_zone(
+    const config::Settings& settings,
+    ZoneId id,
+    const std::shared_ptr<const world::TypeTable>& types,
+    const std::shared_ptr<const motion::DoorCourses>& doors,
+    const std::shared_ptr<const motion::PlatformCourses>& platforms,
+    zone::Stopwatch stopwatch) {
+    zone::ZoneSettings of_zone = zone_settings(settings, id, types, doors, platforms);
     of_zone.maps_later = true;
     std::unique_ptr<zone::Rules> rules = make_world_rules(settings.script, settings.rules, *types);
     const zone::FaultSettings faults = zone_faults(settings, id);
@@ -65,6 +67,16 @@ std::shared_ptr<motion::DoorCourses> courses_of(const config::Settings& settings
             return named.door.by_rules.has_value();
         });
     return any ? std::make_shared<motion::DoorCourses>(settings.doors.size()) : nullptr;
+}
+
+/// Null where rules move no platform.
+std::shared_ptr<motion::PlatformCourses> platform_courses_of(const config::Settings& settings) {
+    const auto& platforms = settings.platforms;
+    const bool any =
+        std::any_of(platforms.begin(), platforms.end(), [](const config::NamedPlatform& named) {
+            return named.platform.path.by_rules.has_value();
+        });
+    return any ? std::make_shared<motion::PlatformCourses>(platforms.size()) : nullptr;
 }
 
 std::uint64_t hash_of(const config::Settings& settings) {
@@ -85,10 +97,12 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
       teams_(regions_.size()),
       pool_(threads),
       door_courses_(courses_of(settings)),
+      platform_courses_(platform_courses_of(settings)),
       faults_(make_world_faults(settings)) {
     const auto types = std::make_shared<const world::TypeTable>(settings.types);
     for (const zone::Region& region : regions_) {
-        zones_.push_back(make_zone(settings, region.id, types, door_courses_, stopwatch));
+        zones_.push_back(
+            make_zone(settings, region.id, types, door_courses_, platform_courses_, stopwatch));
         states_.push_back(&zones_.back()->state());
         compute::Team& team = teams_[zones_.size() - 1];
         team.join_pool(pool_);
@@ -97,7 +111,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
     }
     bake_maps();
     zone::join_paths(states_);
-    if (!settings.environment.empty() || door_courses_) {
+    if (!settings.environment.empty() || door_courses_ || platform_courses_) {
         environment_ = std::make_shared<clock::SharedEnvironment>(settings.environment,
                                                                   1.0 / settings.tick_rate_hz);
         environment_->begin(settings.environment);

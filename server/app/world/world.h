@@ -171,6 +171,7 @@ class World {
     [[nodiscard]] std::optional<zone::PartyPlayer> player_of(EntityId avatar) const;
     // world_environment.cpp
     void change_environment(std::vector<mailbox::OutboxItem>& out);
+    bool announce_platform(const zone::PlatformChange& change);
     void sync_environment(std::vector<mailbox::OutboxItem>& out);
     void send_environment(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
     void add_environment_truth(mailbox::AuditRecord& record) const;
@@ -195,10 +196,12 @@ class World {
     interest::Topics topics_;
     std::vector<interest::PastEvent> missed_;  // scratch
     compute::WorkerPool pool_;
-    std::shared_ptr<motion::DoorCourses> door_courses_;  // null: rules move no door
+    std::shared_ptr<motion::DoorCourses> door_courses_;          // null: rules move no door
+    std::shared_ptr<motion::PlatformCourses> platform_courses_;  // null: rules move no platform
     Tick now_ = 0;
     std::shared_ptr<clock::SharedEnvironment>
-        environment_;  // null: the world has no clocks, no variables, and no doors of the rules
+        environment_;  // null: the world has no clocks, no variables, and no doors or platforms of
+                       // the rules
     Tick environment_sync_ticks_ = 0;
     std::unique_ptr<zone::PartyBook> parties_;       // null: the config has none
     std::unique_ptr<zone::MatchBook> matches_;       // likewise

@@ -19,6 +19,9 @@ void World::change_environment(std::vector<mailbox::OutboxItem>& out) {
         for (const zone::DoorChange& change : zone->output().doors) {
             changed = door_courses_->announce(change.door, change.course, now_) || changed;
         }
+        for (const zone::PlatformChange& change : zone->output().platforms) {
+            changed = announce_platform(change) || changed;
+        }
     }
     if (changed) {
         std::vector<ClientId> everybody;
@@ -27,6 +30,18 @@ void World::change_environment(std::vector<mailbox::OutboxItem>& out) {
         }
         send_environment(std::move(everybody), out);
     }
+}
+
+/// It travels on from where earlier courses will have it.
+bool World::announce_platform(const zone::PlatformChange& change) {
+    const motion::PlatformCourse* before = platform_courses_->at(change.platform, change.from);
+    Tick along = before != nullptr ? before->along_at(change.from) : 0;
+    if (before == nullptr) {
+        for (const zone::PlatformName& name : states_.front()->settings.platforms) {
+            along = name.platform == change.platform ? name.start : along;
+        }
+    }
+    return platform_courses_->announce(change.platform, {change.from, along, change.to}, now_);
 }
 
 /// Both sides compute the environment alike, so it needs no updates. It is sent now and then all
@@ -67,12 +82,21 @@ void World::send_environment(std::vector<ClientId> recipients,
             one.set_before(cursor->before);
         }
     }
-    for (std::uint32_t d = 0; door_courses_ && d < door_courses_->doors(); ++d) {
+    for (std::uint32_t d = 0; door_courses_ && d < door_courses_->size(); ++d) {
         for (const motion::DoorCourse& course : door_courses_->from(d, now_)) {
             proto::SharedEnvironment::DoorCourse& one = *update.add_doors();
             one.set_door(d);
             one.set_from(course.from);
             one.set_open(course.open);
+        }
+    }
+    for (std::uint32_t p = 0; platform_courses_ && p < platform_courses_->size(); ++p) {
+        for (const motion::PlatformCourse& course : platform_courses_->from(p, now_)) {
+            proto::SharedEnvironment::PlatformCourse& one = *update.add_platforms();
+            one.set_platform(p);
+            one.set_from(course.from);
+            one.set_along(course.along);
+            one.set_to(course.to);
         }
     }
     mailbox::EventOut event;
@@ -98,6 +122,10 @@ void World::add_environment_truth(mailbox::AuditRecord& record) const {
             const bool open = door_courses_->open_at(d, record.tick).value_or(doors[d].starts_open);
             record.doors.push_back(open ? 1 : 0);
         }
+    }
+    for (const zone::PlatformName& name : states_.front()->settings.platforms) {
+        const motion::PlatformCourse* course = platform_courses_->at(name.platform, record.tick);
+        record.platforms.push_back(course == nullptr ? name.start : course->along_at(record.tick));
     }
 }
 

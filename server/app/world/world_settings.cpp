@@ -29,14 +29,27 @@ bool reaches(const motion::StaticBox& box, const zone::Region& region, double ma
            margin + static_cast<double>(box.half_extents.norm());
 }
 
+/// Whether a platform ever comes within a margin of the region.
+bool reaches(const motion::Platform& platform, const zone::Region& region, double margin) {
+    Vec3 lower = platform.box.centre;
+    Vec3 upper = lower;
+    for (const motion::PlatformStop& stop : platform.path.stops) {
+        lower = lower.cwiseMin(platform.box.centre + stop.offset);
+        upper = upper.cwiseMax(platform.box.centre + stop.offset);
+    }
+    const double reach = margin + static_cast<double>(platform.box.half_extents.norm());
+    return upper.x() >= region.min_x - reach && lower.x() <= region.max_x + reach &&
+           upper.z() >= region.min_z - reach && lower.z() <= region.max_z + reach;
+}
+
 motion::StaticBox around(const motion::StaticBox& box, const Vec3d& origin) {
     motion::StaticBox moved = box;
     moved.centre = (box.centre.cast<double>() - origin).cast<float>();
     return moved;
 }
 
-/// Static boxes, doors and surfaces that can be touched from within the region: those that overlap
-/// it, grown by a margin for ghosts and reach.
+/// Static boxes, doors, platforms and surfaces that can be touched from within the region: those
+/// that overlap it, grown by a margin for ghosts and reach.
 motion::StaticGeometry local_statics(const config::Settings& settings, const zone::Region& region) {
     const Vec3d origin = region.origin();
     const auto margin = static_cast<double>(settings.ghost_margin_m);
@@ -53,6 +66,13 @@ motion::StaticGeometry local_statics(const config::Settings& settings, const zon
             door.box = around(door.box, origin);
         }
     }
+    std::vector<motion::Platform> platforms;
+    for (const config::NamedPlatform& named : settings.platforms) {
+        if (reaches(named.platform, region, margin)) {
+            motion::Platform& platform = platforms.emplace_back(named.platform);
+            platform.box = around(platform.box, origin);
+        }
+    }
     std::vector<motion::StaticSurface> surfaces;
     for (const config::SurfaceSettings& surface : settings.surfaces) {
         if (reaches(surface, region, margin)) {
@@ -63,7 +83,8 @@ motion::StaticGeometry local_statics(const config::Settings& settings, const zon
                                   settings.ground_height_m,
                                   motion::kStaticCell_m,
                                   surfaces,
-                                  std::move(doors));
+                                  std::move(doors),
+                                  std::move(platforms));
 }
 
 std::vector<zone::Trigger> local_triggers(const config::Settings& settings,
@@ -114,7 +135,8 @@ std::vector<zone::Region> regions_of(const config::Settings& settings) {
 zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  ZoneId id,
                                  const std::shared_ptr<const world::TypeTable>& types,
-                                 const std::shared_ptr<const motion::DoorCourses>& doors) {
+                                 const std::shared_ptr<const motion::DoorCourses>& doors,
+                                 const std::shared_ptr<const motion::PlatformCourses>& platforms) {
     zone::ZoneSettings z;
     z.id = id;
     z.regions = regions_of(settings);
@@ -137,8 +159,22 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.outers = settings.outers;
     z.softs = settings.softs;
     z.statics = std::make_shared<const motion::StaticGeometry>(
-        local_statics(settings, z.region()).with_courses(doors));
+        local_statics(settings, z.region()).with_courses(doors, platforms));
     z.door_courses = doors;
+    z.platform_courses = platforms;
+    for (const config::NamedPlatform& named : settings.platforms) {
+        const motion::PlatformPath& path = named.platform.path;
+        if (path.by_rules) {
+            zone::PlatformName& name = z.platforms.emplace_back();
+            name.name = named.name;
+            name.platform = *path.by_rules;
+            name.start = path.start;
+            name.here = reaches(named.platform, z.region(), 0.0);
+            for (const motion::PlatformStop& stop : path.stops) {
+                name.stops.push_back(stop.at);
+            }
+        }
+    }
     for (const config::NamedDoor& named : settings.doors) {
         z.doors.push_back({named.name,
                            named.door.by_rules.has_value(),

@@ -13,11 +13,12 @@ namespace zoned::app {
 std::vector<zone::Region> regions_of(const config::Settings& settings);
 
 /// Statics are cut to the zone's region and margin, in zone-local coordinates; the geometry of
-/// surfaces is shared among zones. `doors`: of all zones; null where rules move none.
+/// surfaces is shared among zones. `doors`, `platforms`: of all zones; null where rules move none.
 zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  ZoneId id,
                                  const std::shared_ptr<const world::TypeTable>& types,
-                                 const std::shared_ptr<const motion::DoorCourses>& doors);
+                                 const std::shared_ptr<const motion::DoorCourses>& doors,
+                                 const std::shared_ptr<const motion::PlatformCourses>& platforms);
 
 /// Spawns the config's initial entities in the zones where they lie.
 void populate(const config::Settings& settings,

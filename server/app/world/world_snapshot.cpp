@@ -85,6 +85,9 @@ void World::serialize(Archive& archive) {
         if (door_courses_) {
             archive(*door_courses_);
         }
+        if (platform_courses_) {
+            archive(*platform_courses_);
+        }
     });
     if constexpr (Archive::kReads) {
         if (!archive.good()) {

@@ -21,11 +21,12 @@
 #include "server/config/text/read_text.h"
 #include "server/config/types/assembly_config.h"
 #include "server/config/types/soft_mesh.h"
-#include "server/config/world/door_config.h"
 #include "server/config/world/environment_config.h"
+#include "server/config/world/moving/door_config.h"
 #include "server/config/world/particle_config.h"
 #include "server/config/world/pathfinding_config.h"
 #include "server/config/world/placed_joints.h"
+#include "server/config/world/moving/platform_config.h"
 #include "server/config/world/scatter.h"
 #include "server/config/world/statics.h"
 #include "server/config/world/surfaces.h"
@@ -147,6 +148,7 @@ void check_and_expand(Config& config,
     settings.environment = expand_shared_environment(config);
     settings.boxes = expand_statics(config, diagnostics);
     settings.doors = expand_doors(config, diagnostics);
+    settings.platforms = expand_platforms(config, diagnostics);
     settings.triggers = expand_triggers(config, settings.types, diagnostics);
     settings.parties = expand_parties(config);
     settings.matches = expand_matches(config, diagnostics);

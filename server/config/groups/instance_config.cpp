@@ -134,6 +134,7 @@ class Copier {
           settings_(settings),
           boxes_(settings.boxes),
           doors_(settings.doors),
+          platforms_(settings.platforms),
           triggers_(settings.triggers),
           surfaces_(settings.surfaces) {}
 
@@ -152,6 +153,16 @@ class Copier {
                     door.door.by_rules = static_cast<std::uint32_t>(settings_.doors.size());
                 }
                 settings_.doors.push_back(door);
+            }
+        }
+        for (NamedPlatform platform : platforms_) {
+            if (area_.holds(platform.platform.box.centre)) {
+                platform.platform.box.centre += moved;
+                if (platform.platform.path.by_rules) {
+                    platform.platform.path.by_rules =
+                        static_cast<std::uint32_t>(settings_.platforms.size());
+                }
+                settings_.platforms.push_back(platform);
             }
         }
         for (zone::Trigger trigger : triggers_) {
@@ -174,6 +185,7 @@ class Copier {
     // As they were before the first copy.
     std::vector<motion::StaticBox> boxes_;
     std::vector<NamedDoor> doors_;
+    std::vector<NamedPlatform> platforms_;
     std::vector<zone::Trigger> triggers_;
     std::vector<SurfaceSettings> surfaces_;
 };

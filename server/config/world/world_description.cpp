@@ -104,6 +104,23 @@ void describe_door(const NamedDoor& from, proto::Door& out) {
     out.set_by_rules(from.door.by_rules.has_value());
 }
 
+void describe_platform(const NamedPlatform& from, proto::Platform& out) {
+    const motion::PlatformPath& path = from.platform.path;
+    out.set_name(from.name);
+    describe_box(from.platform.box, *out.mutable_box());
+    for (const motion::PlatformStop& stop : path.stops) {
+        for (const float coordinate : stop.offset) {
+            out.add_offsets(coordinate);
+        }
+        out.add_ticks(stop.at);
+    }
+    out.set_back(path.back);
+    out.set_wait(path.wait);
+    out.set_shift(path.shift);
+    out.set_by_rules(path.by_rules.has_value());
+    out.set_start(path.start);
+}
+
 /// All but the geometry itself.
 void describe_surface(const SurfaceSettings& from, proto::StaticSurface& out) {
     out.set_content(from.content);
@@ -201,6 +218,9 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     }
     for (const NamedDoor& door : settings.doors) {
         describe_door(door, *out.add_doors());
+    }
+    for (const NamedPlatform& platform : settings.platforms) {
+        describe_platform(platform, *out.add_platforms());
     }
     for (const SurfaceSettings& surface : settings.surfaces) {
         describe_surface(surface, *out.add_surfaces());

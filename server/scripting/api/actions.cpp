@@ -195,6 +195,18 @@ int set_door(lua_State* lua) {
                          static_cast<double>(number_argument(lua, 3, "ahead_s", 1e6F))));
 }
 
+/// move_platform(name, stop, ahead_s)
+int move_platform(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const lua_Integer stop = luaL_checkinteger(lua, 2);
+    luaL_argcheck(lua, stop >= 0 && stop < 64, 2, "stop: 0 to 63");
+    return push_done(
+        lua,
+        context.move_platform(name_argument(lua, 1, "name"),
+                              static_cast<std::uint32_t>(stop),
+                              static_cast<double>(number_argument(lua, 3, "ahead_s", 1e6F))));
+}
+
 /// set_clock_rate(name, rate_per_s, ahead_s)
 int set_clock_rate(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
@@ -236,6 +248,7 @@ void open_actions(lua_State* lua) {
                                        {"emit", emit},
                                        {"set_clock_rate", set_clock_rate},
                                        {"set_door", set_door},
+                                       {"move_platform", move_platform},
                                        {"note_outcome", note_outcome},
                                        {"keep_awake", keep_awake},
                                        {nullptr, nullptr}};

@@ -367,6 +367,18 @@ int door_open(lua_State* lua) {
     return 1;
 }
 
+/// platform_stop(name): of a platform that rules move; nil while it travels.
+int platform_stop(lua_State* lua) {
+    const std::optional<std::uint32_t> stop =
+        reading(lua).platform_stop(name_argument(lua, 1, "name"));
+    if (stop) {
+        lua_pushinteger(lua, *stop);
+    } else {
+        lua_pushnil(lua);
+    }
+    return 1;
+}
+
 /// particles_near(system, x, y, z, radius)
 int particles_near(lua_State* lua) {
     Interpreter::charge(lua, kParticleUnits);
@@ -424,6 +436,7 @@ void open_queries(lua_State* lua) {
                                        {"position_after", position_after},
                                        {"shared_value", shared_value},
                                        {"door_open", door_open},
+                                       {"platform_stop", platform_stop},
                                        {"particles_near", particles_near},
                                        {nullptr, nullptr}};
     luaL_setfuncs(lua, kFunctions, 0);

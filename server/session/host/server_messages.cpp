@@ -128,6 +128,7 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
     out.mutable_shared_variables()->Add(record.shared_variables.begin(),
                                         record.shared_variables.end());
     out.mutable_doors()->Add(record.doors.begin(), record.doors.end());
+    out.mutable_platforms()->Add(record.platforms.begin(), record.platforms.end());
     return serialise(message);
 }
 

@@ -41,6 +41,8 @@ class ZoneContext final : public RulesContext {
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
     bool set_door(std::string_view name, bool open, double ahead_s) override;
     [[nodiscard]] std::optional<bool> door_open(std::string_view name) const override;
+    bool move_platform(std::string_view name, std::uint32_t stop, double ahead_s) override;
+    [[nodiscard]] std::optional<std::uint32_t> platform_stop(std::string_view name) const override;
 
     [[nodiscard]] std::span<const SpawnPoint> spawn_points() const override {
         return state_->settings.spawn_points;

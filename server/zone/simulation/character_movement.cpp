@@ -1,6 +1,7 @@
 #include "server/zone/simulation/character_movement.h"
 
 #include "shared/motion/apply_input.h"
+#include "shared/motion/platforms/platform_carry.h"
 
 #include <cmath>
 
@@ -74,6 +75,8 @@ void take_inputs(ZoneState& state) {
 std::uint32_t move_characters(ZoneState& state) {
     world::Entities& e = state.entities;
     const world::TypeTable& types = *state.settings.types;
+    const motion::StaticGeometry& statics = *state.settings.statics;
+    const bool platforms = !statics.platforms().empty();
     std::uint32_t moved = 0;
     world::for_each_row(e.stirring(), [&](world::Row row) {
         const world::EntityType& type = types[e.type[row]];
@@ -81,7 +84,9 @@ std::uint32_t move_characters(ZoneState& state) {
             e.has(row, world::kHidden) || e.has(row, world::kCarried)) {
             return;
         }
-        if (e.has(row, world::kAtRest) && !wants_to_move(e, row)) {
+        if (e.has(row, world::kAtRest) && !wants_to_move(e, row) &&
+            !(platforms &&
+              motion::moved_by_platform(e.position[row], type.character, statics, state.now))) {
             return;
         }
         move_character(state, row, type);

@@ -12,8 +12,8 @@ namespace zoned::zone {
 /// Bodies of rewindable types are in this category, all others are not.
 inline constexpr std::uint32_t kRewindableCategory = 1u << 1;
 
-/// Bodies of doors are in this category, all others are not.
-inline constexpr std::uint32_t kDoorCategory = 1u << 2;
+/// Bodies of doors and platforms are in this category, all others are not.
+inline constexpr std::uint32_t kMovingCategory = 1u << 2;
 
 /// Bodies of parts of assemblies are in one of these, the second if rewindable; all others are not.
 inline constexpr std::uint32_t kPartCategory = 1u << 3;

@@ -49,7 +49,7 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
             state.entities,
             *state.settings.types,
             state.points_of_interest,
-            *state.settings.statics,
+            state.fixed_ground ? *state.fixed_ground : *state.settings.statics,
             team,
             half_size(state),
             state.now,

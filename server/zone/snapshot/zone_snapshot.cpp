@@ -193,7 +193,12 @@ void serialize_zone(Archive& archive, ZoneState& s) {
     archive.section("assemblies", [&] { archive(s.assemblies); });
     archive.section("soft bodies", [&] { serialize_soft(archive, s); });
     archive.section("particles", [&] { serialize_particles(archive, s.particles); });
-    archive.section("doors", [&] { archive(s.doors); });
+    archive.section("doors", [&] {
+        archive(s.doors);
+        if (!s.settings.statics->platforms().empty()) {
+            archive(s.platforms);
+        }
+    });
     archive.section("agents", [&] {
         if constexpr (Archive::kReads) {
             load_agents_of(s, archive);
@@ -252,6 +257,14 @@ std::string unsound(const ZoneState& s) {
     for (const BodyId body : s.doors.body) {
         if (body && !s.scene.contains(body)) {
             return "doors: one has a body that there is not";
+        }
+    }
+    if (s.platforms.size() != s.settings.statics->platforms().size()) {
+        return "platforms: more or fewer than there are";
+    }
+    for (const BodyId body : s.platforms) {
+        if (!s.scene.contains(body)) {
+            return "platforms: one has a body that there is not";
         }
     }
     if (!s.triggers.inside.empty() && s.triggers.inside.size() != s.settings.triggers.size()) {

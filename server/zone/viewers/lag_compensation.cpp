@@ -1,8 +1,9 @@
 #include "server/zone/viewers/lag_compensation.h"
 
 #include "server/physics/query/shape_ray.h"
+#include "server/zone/simulation/moving/zone_doors.h"
+#include "server/zone/simulation/moving/zone_platforms.h"
 #include "server/zone/simulation/type_body.h"
-#include "server/zone/simulation/zone_doors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,7 +104,7 @@ RayResult cast_at_rest(const ZoneState& state,
                        EntityId ignore) {
     physics::QueryFilter filter;
     filter.ignore_user = ignore.value;
-    filter.categories = ~(kRewindableCategory | kRewindablePartCategory | kDoorCategory);
+    filter.categories = ~(kRewindableCategory | kRewindablePartCategory | kMovingCategory);
     physics::QueryHit hit;
     RayResult result;
     result.hit = state.scene.query().ray({origin, direction, max_distance}, filter, hit);
@@ -162,6 +163,7 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
     SeenHit best;
     static_cast<RayResult&>(best) = cast_at_rest(state, origin, direction, max_distance, ignore);
     ray_to_door(state, moment.tick, origin, direction, best);
+    ray_to_platform(state, moment.tick, origin, direction, best);
     best.cut = moment.cut;
     best.rewound_s =
         (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;

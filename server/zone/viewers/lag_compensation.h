@@ -23,8 +23,8 @@ std::uint32_t record_history(ZoneState& state);
 /// explanation is the prediction from the publication that the client names. That publication must
 /// have been sent to this client and have been the newest within RewindSettings::most_ticks. For a
 /// view of the past, it is the entity's place at that tick. Other rewindable entities stand where
-/// they were then, and doors as they did; all else is where it is now. Nothing is hit that has
-/// appeared, respawned or jumped since, or is hidden now.
+/// they were then, and doors and platforms as they did; all else is where it is now. Nothing is hit
+/// that has appeared, respawned or jumped since, or is hidden now.
 SeenHit ray_cast_as_seen(const ZoneState& state,
                          ClientId client,
                          const Seen& seen,

@@ -285,6 +285,7 @@ struct AuditRecordMessage {
     std::vector<double> shared_clocks;
     std::vector<double> shared_variables;
     std::vector<std::uint32_t> doors;
+    std::vector<std::int64_t> platforms;
     std::vector<AuditUpdateMessage> updates;
     std::int64_t avatar_radii_tick = 0;
     std::int64_t updates_since = 0;
@@ -299,6 +300,7 @@ struct AuditRecordMessage {
         visit(60, m.shared_clocks);
         visit(61, m.shared_variables);
         visit(62, m.doors);
+        visit(63, m.platforms);
         visit(85, m.updates);
         visit(86, m.avatar_radii_tick);
         visit(87, m.updates_since);

@@ -179,6 +179,30 @@ struct DoorMessage {
     }
 };
 
+struct PlatformMessage {
+    std::string name;
+    std::optional<StaticBoxMessage> box;
+    std::vector<float> offsets;
+    std::vector<std::int64_t> ticks;
+    std::int64_t back = 0;
+    std::int64_t wait = 0;
+    std::int64_t shift = 0;
+    bool by_rules = false;
+    std::int64_t start = 0;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.name);
+        visit(2, m.box);
+        visit(3, m.offsets);
+        visit(4, m.ticks);
+        visit(5, m.back);
+        visit(6, m.wait);
+        visit(7, m.shift);
+        visit(8, m.by_rules);
+        visit(9, m.start);
+    }
+};
+
 struct HeightsMessage {
     std::uint32_t columns = 0;
     std::uint32_t rows = 0;
@@ -343,6 +367,7 @@ struct WorldDescriptionMessage {
     std::vector<SharedClockMessage> shared_clocks;
     std::vector<SharedVariableMessage> shared_variables;
     std::vector<DoorMessage> doors;
+    std::vector<PlatformMessage> platforms;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.tick_rate_hz);
@@ -358,6 +383,7 @@ struct WorldDescriptionMessage {
         visit(60, m.shared_clocks);
         visit(61, m.shared_variables);
         visit(150, m.doors);
+        visit(151, m.platforms);
     }
 };
 
@@ -413,15 +439,31 @@ struct DoorCourseMessage {
     }
 };
 
+struct PlatformCourseMessage {
+    std::uint32_t platform = 0;
+    std::int64_t from = 0;
+    std::int64_t along = 0;
+    std::int64_t to = 0;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.platform);
+        visit(2, m.from);
+        visit(3, m.along);
+        visit(4, m.to);
+    }
+};
+
 struct SharedEnvironmentMessage {
     std::vector<CourseMessage> courses;
     std::vector<CursorMessage> cursors;
     std::vector<DoorCourseMessage> doors;
+    std::vector<PlatformCourseMessage> platforms;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.courses);
         visit(2, m.cursors);
         visit(3, m.doors);
+        visit(4, m.platforms);
     }
 };
 

@@ -137,6 +137,11 @@ std::vector<Part> parts() {
          "period_s: 1 open { from_s: 0.2 to_s: 0.6 } }",
          {Pass::kDoors},
          in_zone([](const ZoneState& s) { return room_of(s.doors.body); })},
+        {"platforms",
+         "platform { name: \"lift\" wait_s: 0 box { x_m: 20 y_m: 1 size { x_m: 3 y_m: 0.2 z_m: 3 } "
+         "} stop { x_m: 20 y_m: 5 } }",
+         {Pass::kPlatforms},
+         in_zone([](const ZoneState& s) { return room_of(s.platforms); })},
         {"viewers",
          "",
          {Pass::kRules, Pass::kInterest, Pass::kReplication},

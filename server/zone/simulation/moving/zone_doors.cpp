@@ -1,4 +1,4 @@
-#include "server/zone/simulation/zone_doors.h"
+#include "server/zone/simulation/moving/zone_doors.h"
 
 #include "server/physics/query/shape_ray.h"
 #include "server/zone/simulation/type_body.h"
@@ -26,7 +26,7 @@ void shut(ZoneState& state, std::uint32_t door) {
     def.position = box.centre;
     def.orientation = box.orientation;
     def.material = {box.friction, box.restitution};
-    def.filter.category = kDoorCategory;
+    def.filter.category = kMovingCategory;
     const auto body = state.scene.add(def);
     ZONED_ASSERT(body.ok(), "doors were checked when the config was read");
     state.doors.body[door] = *body;
@@ -95,6 +95,30 @@ std::uint32_t turn_doors(ZoneState& state) {
     return turned;
 }
 
+bool ray_to_box(const motion::StaticBox& box,
+                const Vec3& origin,
+                const Vec3& direction,
+                RayResult& hit) {
+    float distance = 0.0F;
+    Vec3 normal;
+    if (!physics::cast_ray(
+            {physics::Shape::box(box.half_extents), box.centre, box.orientation.toRotationMatrix()},
+            origin,
+            direction,
+            hit.distance,
+            distance,
+            normal) ||
+        (distance >= hit.distance && hit.hit)) {
+        return false;
+    }
+    hit.hit = true;
+    hit.entity = EntityId();
+    hit.distance = distance;
+    hit.point = origin + direction * distance;
+    hit.normal = normal;
+    return true;
+}
+
 bool ray_to_door(const ZoneState& state,
                  Tick tick,
                  const Vec3& origin,
@@ -107,26 +131,9 @@ bool ray_to_door(const ZoneState& state,
     const Vec3 end = origin + direction * hit.distance;
     bool found = false;
     statics.for_each_door_near({origin.cwiseMin(end), origin.cwiseMax(end)}, [&](std::uint32_t d) {
-        const motion::Door& door = statics.doors()[d];
-        float distance = 0.0F;
-        Vec3 normal;
-        if (statics.shut_at(d, tick) &&
-            physics::cast_ray({physics::Shape::box(door.box.half_extents),
-                               door.box.centre,
-                               door.box.orientation.toRotationMatrix()},
-                              origin,
-                              direction,
-                              hit.distance,
-                              distance,
-                              normal) &&
-            (distance < hit.distance || !hit.hit)) {
-            hit.hit = true;
-            hit.entity = EntityId();
-            hit.distance = distance;
-            hit.point = origin + direction * distance;
-            hit.normal = normal;
-            found = true;
-        }
+        found = (statics.shut_at(d, tick) &&
+                 ray_to_box(statics.doors()[d].box, origin, direction, hit)) ||
+                found;
     });
     return found;
 }

@@ -1,4 +1,4 @@
-#include "server/config/world/door_config.h"
+#include "server/config/world/moving/door_config.h"
 
 #include "server/config/settings.h"
 #include "server/config/text/check_name.h"
