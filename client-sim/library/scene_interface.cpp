@@ -158,7 +158,10 @@ size_t zoned_client_boxes(const zoned_client* client,
         return 0;
     }
     SizedArray array(out, capacity);
-    add_boxes(view->world().zones[zone_index], view->displayed_tick(), array);
+    const Tick tick = view->displayed_tick();
+    // The own avatar is predicted: what it stands on is drawn where it finds it.
+    const Tick own_tick = view->own().known() ? view->own().newest_tick() : tick;
+    add_boxes(view->world().zones[zone_index], tick, own_tick, array);
     return array.count();
 }
 

@@ -39,12 +39,16 @@ zoned_client_zone_info zone_info(const view::ZoneInfo& zone) {
     out.upper[1] = zone.upper_z;
     out.ground_height = zone.origin.y() + static_cast<double>(zone.geometry.ground_height());
     out.boxes =
-        static_cast<std::uint32_t>(zone.geometry.boxes().size() + zone.geometry.doors().size());
+        static_cast<std::uint32_t>(zone.geometry.boxes().size() + zone.geometry.doors().size() +
+                                   zone.geometry.platforms().size());
     out.triangles = static_cast<std::uint32_t>(copy_triangles(zone, nullptr, 0));
     return out;
 }
 
-void add_boxes(const view::ZoneInfo& zone, Tick tick, SizedArray<zoned_client_box>& out) {
+void add_boxes(const view::ZoneInfo& zone,
+               Tick tick,
+               Tick own_tick,
+               SizedArray<zoned_client_box>& out) {
     for (const motion::StaticBox& box : zone.geometry.boxes()) {
         out.add(box_info(box, zone.origin));
     }
@@ -52,6 +56,12 @@ void add_boxes(const view::ZoneInfo& zone, Tick tick, SizedArray<zoned_client_bo
         zoned_client_box info = box_info(zone.geometry.doors()[door].box, zone.origin);
         info.door = 1;
         info.shut = zone.geometry.shut_at(door, tick) ? 1 : 0;
+        out.add(info);
+    }
+    for (std::uint32_t platform = 0; platform < zone.geometry.platforms().size(); ++platform) {
+        zoned_client_box info =
+            box_info(zone.geometry.platform_box(platform, own_tick), zone.origin);
+        info.platform = 1;
         out.add(info);
     }
 }

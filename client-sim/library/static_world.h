@@ -1,4 +1,5 @@
-// StaticWorld: boxes, doors and ground of a zone in world coordinates, for the C interface.
+// StaticWorld: boxes, doors, platforms and ground of a zone in world coordinates, for the C
+// interface.
 #pragma once
 
 #include "client-sim/library/sized_struct.h"
@@ -24,8 +25,11 @@ inline void give_quaternion(float (&out)[4], const Quat& from) {
 
 [[nodiscard]] zoned_client_zone_info zone_info(const view::ZoneInfo& zone);
 
-/// The boxes, then the doors as they are at `tick`.
-void add_boxes(const view::ZoneInfo& zone, Tick tick, SizedArray<zoned_client_box>& out);
+/// The boxes, then the doors as they are at `tick` and the platforms as they are at `own_tick`.
+void add_boxes(const view::ZoneInfo& zone,
+               Tick tick,
+               Tick own_tick,
+               SizedArray<zoned_client_box>& out);
 
 /// Nine numbers for each of the first `capacity` triangles; returns how many there are.
 std::size_t copy_triangles(const view::ZoneInfo& zone, double* out, std::size_t capacity);

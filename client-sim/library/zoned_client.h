@@ -56,7 +56,7 @@ extern "C" {
 /* The interface that this header describes: another major number is another interface, a greater
    minor number knows more functions and longer structs. */
 #define ZONED_CLIENT_ABI_MAJOR 1
-#define ZONED_CLIENT_ABI_MINOR 3
+#define ZONED_CLIENT_ABI_MINOR 4
 #define ZONED_CLIENT_ABI ((uint32_t)(ZONED_CLIENT_ABI_MAJOR << 16 | ZONED_CLIENT_ABI_MINOR))
 
 /* Room for a name with its closing 0; longer names are cut. */
@@ -246,6 +246,7 @@ typedef struct zoned_client_box {
     float half_extents[3];
     float orientation[4];
     uint32_t shut; /* 1: solid at the displayed tick; always for boxes that are no doors */
+    uint32_t platform; /* Since 1.4. 1: it travels, and is where the own avatar finds it */
 } zoned_client_box;
 
 /* Since 1.2: the fields that a game declares for a type (`field { ... }` of its config). */

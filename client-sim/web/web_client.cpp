@@ -230,12 +230,12 @@ ZONED_WEB_EXPORT int web_zone(const zoned_client* client, std::uint32_t index, d
     return 1;
 }
 
-/// Solid boxes as the viewer lays them out: place, half sizes, turn (x, y, z, w). `doors`: doors
-/// alone, where they are shut now; 0: all but doors. Returns how many; fills at most
-/// `capacity`.
+/// Solid boxes as the viewer lays them out: place, half sizes, turn (x, y, z, w). `kind`: 0 for
+/// those that never change, 1 for doors that are shut now, 2 for platforms where they are now.
+/// Returns how many; fills at most `capacity`.
 ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
                                        std::uint32_t zone,
-                                       int doors,
+                                       int kind,
                                        float* out,
                                        std::size_t capacity) {
     const std::size_t count = zoned_client_boxes(client, zone, nullptr, 0);
@@ -243,7 +243,8 @@ ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
     zoned_client_boxes(client, zone, boxes.data(), count);
     std::size_t filled = 0;
     for (const zoned_client_box& box : boxes) {
-        if ((box.door != 0) != (doors != 0) || box.shut == 0) {
+        const int of_box = box.platform != 0 ? 2 : (box.door != 0 ? 1 : 0);
+        if (of_box != kind || box.shut == 0) {
             continue;
         }
         if (filled++ < capacity) {

@@ -187,8 +187,8 @@ export declare class WebClient {
     world(): World | null;
     types(): TypeInfo[];
     zones(): ZoneInfo[];
-    /** Ten numbers for each solid box of a zone: walls, or the doors that are shut now. */
-    boxes(zone: number, doors: boolean): Float32Array;
+    /** Ten numbers for each solid box of a zone: walls (0), doors that are shut now (1), or platforms where they are now (2). */
+    boxes(zone: number, kind: 0 | 1 | 2): Float32Array;
     /** Nine numbers for each triangle of a zone. */
     triangles(zone: number): Float32Array;
     /** The scene as it is displayed now, for the viewer's renderer; null before there is a world. */

@@ -466,11 +466,11 @@ export class WebClient {
     return out;
   }
 
-  /** Ten numbers for each solid box of a zone: walls, or the doors that are shut now. */
-  boxes(zone: number, doors: boolean): Float32Array {
-    const count = this.#code.web_boxes(this.#client, zone, doors ? 1 : 0, 0, 0);
+  /** Ten numbers for each solid box of a zone: walls (0), doors that are shut now (1), or platforms where they are now (2). */
+  boxes(zone: number, kind: 0 | 1 | 2): Float32Array {
+    const count = this.#code.web_boxes(this.#client, zone, kind, 0, 0);
     this.#reserve(40 * count);
-    this.#code.web_boxes(this.#client, zone, doors ? 1 : 0, this.#scratch, count);
+    this.#code.web_boxes(this.#client, zone, kind, this.#scratch, count);
     return new Float32Array(this.#code.memory.buffer, this.#scratch, 10 * count).slice();
   }
 

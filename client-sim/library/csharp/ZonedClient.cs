@@ -150,7 +150,7 @@ namespace Zoned
         public Vector Centre;
         public VectorF HalfExtents;
         public Turn Orientation;
-        public uint Shut;
+        public uint Shut, Platform;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -220,7 +220,7 @@ namespace Zoned
 
     internal static class Native
     {
-        internal const uint Abi = 1 << 16 | 3; // of zoned_client.h
+        internal const uint Abi = 1 << 16 | 4; // of zoned_client.h
         internal const int TooSmall = -3;
         private const string Library = "zoned_client";
 

@@ -19,7 +19,7 @@ import os
 import pathlib
 import time
 
-ABI = 1 << 16 | 3  # of zoned_client.h: major version 1, minor version 3
+ABI = 1 << 16 | 4  # of zoned_client.h: major version 1, minor version 4
 NAME_BYTES = 64
 
 
@@ -258,6 +258,7 @@ class Box(Sized):
         ("half_extents", ctypes.c_float * 3),
         ("orientation", ctypes.c_float * 4),
         ("shut", ctypes.c_uint32),
+        ("platform", ctypes.c_uint32),
     ]
 
 

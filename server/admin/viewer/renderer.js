@@ -5,6 +5,7 @@ import { Camera } from './camera.js';
 import { ROW_BYTES } from './entities.js';
 import { LINE_BYTES, Lines } from './lines.js';
 import { boxMesh, roundMesh, smoothNormals, spreadColour } from './meshes.js';
+import { placeOf } from './platforms.js';
 import * as shaders from './shaders.js';
 import { Colours, POINT_BYTES, Visible } from './visible.js';
 
@@ -71,10 +72,11 @@ export class Renderer {
     this.coarseCorners = this.#mesh(roundMesh(5, 0));
     this.pointRows = this.#buffer(null);
     this.nearRows = this.#buffer(null);
-    // Boxes that always stand, and doors: where one turns, only these are laid out anew.
+    // Boxes that always stand, doors and platforms: where one turns or moves, only its like are laid out anew.
     const boxes = () => ({ cells: new BoxCells(), corners: this.#buffer(null), index: gl.createBuffer() });
     this.walls = boxes();
     this.doors = boxes();
+    this.platforms = boxes();
     this.cellsSeen = [];
     this.groundCorners = this.#buffer(null);
     this.lineCorners = this.#buffer(null);
@@ -174,8 +176,10 @@ export class Renderer {
     this.groups.clear();
     this.walls.cells.clear();
     this.doors.cells.clear();
+    this.platforms.cells.clear();
     this.boxChunks = 0;
     this.shutDoors = null;
+    this.movedTo = '';
     const zones = scene.zones;
     const edge = (f, key) => f(...zones.map((zone) => zone[key]));
     const bounds = [edge(Math.min, 'min_x'), edge(Math.min, 'min_z'), edge(Math.max, 'max_x'), edge(Math.max, 'max_z')];
@@ -249,6 +253,23 @@ export class Renderer {
       const all = new Float32Array(BOX_NUMBERS * shut.length);
       shut.forEach((door, i) => all.set([...door.p, ...door.size, ...door.q], BOX_NUMBERS * i));
       this.#layOut(this.doors, all);
+    }
+  }
+
+  /** Platforms where their times have them; those that rules move stand where they begin. */
+  #placePlatforms(tick) {
+    const all = this.scene.platforms;
+    if (all.length > 0) {
+      this.layPlatforms(all.flatMap((platform) => [...placeOf(platform, tick), ...platform.size, ...platform.q]));
+    }
+  }
+
+  /** Ten numbers for each platform. */
+  layPlatforms(numbers) {
+    const key = numbers.join();
+    if (key !== this.movedTo) {
+      this.movedTo = key;
+      this.#layOut(this.platforms, new Float32Array(numbers));
     }
   }
 
@@ -454,8 +475,10 @@ export class Renderer {
   #drawStatics(view, theme, tick) {
     const gl = this.gl;
     this.#placeDoors(tick);
+    this.#placePlatforms(tick);
     this.#drawBoxes(this.walls, view, theme);
     this.#drawBoxes(this.doors, view, theme);
+    this.#drawBoxes(this.platforms, view, theme);
     for (const surface of this.geometry.drawn) {
       this.#meshUniforms(view, theme, surface.told.p, surface.told.q, theme.terrain, 1);
       this.#noAttributes();

@@ -187,6 +187,28 @@ void write_doors(core::JsonWriter& json, const config::Settings& settings) {
     json.end_array();
 }
 
+void write_platforms(core::JsonWriter& json, const config::Settings& settings) {
+    json.key("platforms").begin_array();
+    for (const config::NamedPlatform& named : settings.platforms) {
+        const motion::PlatformPath& path = named.platform.path;
+        json.begin_object().field("name", named.name);
+        write_box(json, named.platform.box);
+        json.field("back_ticks", path.back)
+            .field("wait_ticks", path.wait)
+            .field("shift_ticks", path.shift)
+            .field("by_rules", path.by_rules.has_value())
+            .field("start_ticks", path.start);
+        json.key("stops").begin_array();
+        for (const motion::PlatformStop& stop : path.stops) {
+            json.begin_object().field("ticks", stop.at);
+            numbers(json, "offset", stop.offset);
+            json.end_object();
+        }
+        json.end_array().end_object();
+    }
+    json.end_array();
+}
+
 void write_surfaces(core::JsonWriter& json, const config::Settings& settings) {
     json.key("surfaces").begin_array();
     for (const config::SurfaceSettings& from : settings.surfaces) {
@@ -255,6 +277,7 @@ std::string scene_json(const config::Settings& settings, Tick recorded) {
     json.end_array();
     json.field("ghost_margin_m", static_cast<double>(settings.ghost_margin_m));
     write_doors(json, settings);
+    write_platforms(json, settings);
     write_surfaces(json, settings);
     json.end_object();
     return json.text();

@@ -24,7 +24,7 @@ const canvas = element('world');
 const entities = new Entities();
 const renderer = new Renderer(canvas);
 const clock = { shown: 0, tickSeconds: 1 / 30 };
-const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], seats: [], frames: 0, items: [], behind: true, doors: '' };
+const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], seats: [], frames: 0, items: [], behind: true, doors: '', travels: [] };
 
 const controls = new PlayerControls(canvas, { act });
 
@@ -76,21 +76,27 @@ function buildScene() {
     geometry.ready.push(surface);
   });
   clock.tickSeconds = client.world().tickSeconds;
-  renderer.setScene({ types, zones, doors: [], surfaces, ground_height_m: told.ground_height_m }, geometry);
+  renderer.setScene({ types, zones, doors: [], platforms: [], surfaces, ground_height_m: told.ground_height_m }, geometry);
   const player = types.findIndex(({ name }) => name === 'player');
   page.ownType = player >= 0 ? player : Math.max(0, types.findIndex(({ character }) => character));
   page.ownFields = client.fields(page.ownType);
   page.seats = client.types().map(({ seats }) => seats);
   page.doors = '-';
+  page.travels = client.zones().map((_, i) => i).filter((i) => client.boxes(i, 2).length > 0);
   layBoxes();
   page.ready = true;
+}
+
+/** Platforms where they are now: one that zones share comes twice in the same place. */
+function layPlatforms() {
+  renderer.layPlatforms(page.travels.flatMap((zone) => [...page.client.boxes(zone, 2)]));
 }
 
 /** Walls, and the doors that are shut. Zones share what stands at their borders. */
 function layBoxes() {
   const { client } = page;
   const zones = client.zones();
-  const shut = zones.map((_, i) => client.boxes(i, true));
+  const shut = zones.map((_, i) => client.boxes(i, 1));
   const key = shut.map((boxes) => boxes.join()).join(';');
   if (key === page.doors) {
     return;
@@ -98,7 +104,7 @@ function layBoxes() {
   page.doors = key;
   const seen = new Set();
   const all = [];
-  for (const boxes of [...zones.map((_, i) => client.boxes(i, false)), ...shut]) {
+  for (const boxes of [...zones.map((_, i) => client.boxes(i, 0)), ...shut]) {
     for (let at = 0; at < boxes.length; at += 10) {
       const box = boxes.subarray(at, at + 10);
       const name = box.join();
@@ -264,6 +270,9 @@ function advance(now = performance.now()) {
       renderer.adapt(now - drawnAt);
     }
     drawnAt = now;
+    if (page.travels.length > 0) {
+      layPlatforms();
+    }
     draw();
   }
 }
