@@ -185,13 +185,21 @@ function on_trigger(trigger, entity, entered)   -- the well is the only one
   if entered then set_field(entity, "health", FULL_HEALTH) end
 end
 
--- The levers of the vault open and shut its door, and go along with each other. Clients are told
--- half a second before the door turns.
-local VAULT_S = 0.5
+-- The levers of the vault open and shut its door, those of the lift send it up and down; the two of
+-- each go along with each other. Clients are told half a second before anything moves.
+local AHEAD_S = 0.5
+local VAULT_LEVERS = { "vault_outer", "vault_inner" }
+local LIFT_LEVERS = { "lift_lower", "lift_upper" }
 
 function on_use(lever, avatar, on)
-  set_door("vault", on, VAULT_S)
-  for _, name in ipairs({ "vault_outer", "vault_inner" }) do
+  local levers = VAULT_LEVERS
+  if lever == entity_named("lift_lower") or lever == entity_named("lift_upper") then
+    levers = LIFT_LEVERS
+    move_platform("lift", on and 1 or 0, AHEAD_S)
+  else
+    set_door("vault", on, AHEAD_S)
+  end
+  for _, name in ipairs(levers) do
     set_field(entity_named(name), "on", on)
   end
 end
