@@ -327,15 +327,15 @@ class Mover {
 };
 
 /// As apply_input(), of a character that platforms (null: there are none near) have carried to
-/// `begin`.
-CharacterState moved(const CharacterState& begin,
-                     const Vec3& wanted,
-                     bool jumps,
-                     const CharacterLimits& limits,
-                     const StaticGeometry& world,
-                     float dt,
-                     Tick tick,
-                     const PlatformCarry* carry) {
+/// `begin`. Inlined, so that a world without platforms does not look for them again and again.
+[[gnu::always_inline]] inline CharacterState moved(const CharacterState& begin,
+                                                   const Vec3& wanted,
+                                                   bool jumps,
+                                                   const CharacterLimits& limits,
+                                                   const StaticGeometry& world,
+                                                   float dt,
+                                                   Tick tick,
+                                                   const PlatformCarry* carry) {
     Vec3 velocity = horizontal(begin.velocity);
     Vec3 goal = wanted;
     if (carry != nullptr) {
@@ -366,6 +366,19 @@ CharacterState moved(const CharacterState& begin,
     return mover.state();
 }
 
+[[gnu::noinline]] CharacterState moved_among_platforms(const CharacterState& from,
+                                                       CharacterState begin,
+                                                       const Vec3& wanted,
+                                                       bool jumps,
+                                                       const CharacterLimits& limits,
+                                                       const StaticGeometry& world,
+                                                       float dt,
+                                                       Tick tick) {
+    const PlatformCarry carry = carry_by_platforms(from, limits, world, dt, tick);
+    begin.position = carry.near ? carry.position : begin.position;
+    return moved(begin, wanted, jumps, limits, world, dt, tick, carry.near ? &carry : nullptr);
+}
+
 }  // namespace
 
 CharacterState apply_input(const CharacterState& from,
@@ -376,6 +389,7 @@ CharacterState apply_input(const CharacterState& from,
                            Tick tick) {
     const Vec3 wanted = wanted_velocity(command, limits);
     const bool jumps = from.grounded && (command.buttons & kButtonJump) != 0;
+    const bool platforms = !world.platforms().empty() && tick != kAllDoorsOpen;
     CharacterState begin = from;
     begin.yaw = command.yaw;
     if (from.carried) {
@@ -384,15 +398,11 @@ CharacterState apply_input(const CharacterState& from,
     }
     if (from.grounded && !jumps && wanted.isZero(0.0F) && from.velocity.isZero(0.0F) &&
         !moved_by_door(from.position, limits, world, tick) &&
-        !moved_by_platform(from.position, limits, world, tick)) {
+        (!platforms || !moved_by_platform(from.position, limits, world, tick))) {
         return begin;  // static ground carries on carrying
     }
-    if (!world.platforms().empty() && tick != kAllDoorsOpen) {
-        const PlatformCarry carry = carry_by_platforms(from, limits, world, dt, tick);
-        if (carry.near) {
-            begin.position = carry.position;
-            return moved(begin, wanted, jumps, limits, world, dt, tick, &carry);
-        }
+    if (platforms) {
+        return moved_among_platforms(from, begin, wanted, jumps, limits, world, dt, tick);
     }
     return moved(begin, wanted, jumps, limits, world, dt, tick, nullptr);
 }

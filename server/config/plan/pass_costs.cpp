@@ -22,7 +22,7 @@ constexpr std::array<PassCost, zone::kPasses> kPassCosts{{
     {{"runs", "node sweeps", "spring sweeps", "Newton springs", "gradient springs", "contacts"},
      {1200, 2.9, 1.9, 22, 3.2, 100}},
     {{"runs", "motors"}, {1000, 100}},
-    {{"runs", "platforms"}, {600, 200}},
+    {{"runs", "platforms"}, {100, 140}},
     {{"runs", "awake bodies", "pairs", "contact points", "contact sweeps", "joint sweeps"},
      {1100, 360, 25, 50, 20, 340}},
     {{"runs", "particles"}, {2500, 2}},

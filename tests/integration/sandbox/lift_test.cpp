@@ -12,7 +12,7 @@
 namespace zoned::harness {
 namespace {
 
-constexpr std::uint16_t kLeverButton = 1U << 6U;
+constexpr std::uint16_t kLiftButton = 1U << 6U;
 constexpr std::uint32_t kLift = 0;
 constexpr std::uint32_t kFerry = 1;
 
@@ -43,7 +43,7 @@ class Commuter final : public bot::OwnScript {
             command.buttons |= motion::kButtonJump;
         }
         if (platform == kLift && phase % 100 == 0) {
-            command.buttons |= kLeverButton;
+            command.buttons |= kLiftButton;
         }
         return command;
     }
