@@ -245,7 +245,7 @@ typedef struct zoned_client_box {
     double centre[3];
     float half_extents[3];
     float orientation[4];
-    uint32_t shut; /* 1: solid at the displayed tick; always for boxes that are no doors */
+    uint32_t shut;     /* 1: solid at the displayed tick; always for boxes that are no doors */
     uint32_t platform; /* Since 1.4. 1: it travels, and is where the own avatar finds it */
 } zoned_client_box;
 

@@ -1,4 +1,5 @@
-// Spectator scene: what viewers are told once: types, zones, doors and platforms as JSON, geometry in pieces.
+// Spectator scene: what viewers are told once: types, zones, doors and platforms as JSON, geometry
+// in pieces.
 #pragma once
 
 #include "server/config/settings.h"
@@ -11,9 +12,9 @@ namespace zoned::app {
 /// The largest piece, bytes, but for one row of heights that is longer.
 inline constexpr std::size_t kPieceBytes = 262144;
 
-/// As server/admin/viewer/renderer.js reads it: world, tick rate, ground, types, zones, doors, platforms,
-/// surfaces, and how many pieces of geometry there are. `recorded`: last tick of the recording that
-/// is shown; 0: none is.
+/// As server/admin/viewer/renderer.js reads it: world, tick rate, ground, types, zones, doors,
+/// platforms, surfaces, and how many pieces of geometry there are. `recorded`: last tick of the
+/// recording that is shown; 0: none is.
 [[nodiscard]] std::string scene_json(const config::Settings& settings, Tick recorded = 0);
 
 /// Facts of the world for the page /play, beside what the server tells every client: what it is
