@@ -383,10 +383,11 @@ void JointSolver::hold_springs(const JointGroup& group, bool held) {
     factor(group);
 }
 
-void JointSolver::restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
-    for_each_around(slot_a, slot_b, [this](const JointGroup& group) {
+void JointSolver::restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b, float left) {
+    for_each_around(slot_a, slot_b, [this, left](const JointGroup& group) {
         for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
-            rows_[r].impulse = rows_[r].noted;
+            Row& row = rows_[r];
+            row.impulse = row.noted + (left > 0.0F ? left * (row.impulse - row.noted) : 0.0F);
         }
     });
 }

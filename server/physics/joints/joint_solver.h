@@ -82,7 +82,8 @@ class JointSolver {
     void begin_blow(std::uint32_t slot_a, std::uint32_t slot_b);
     void end_blow(std::uint32_t slot_a, std::uint32_t slot_b);
 
-    void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+    /// Leaves a share of what they gave since then.
+    void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b, float left);
 
     /// Work since then, J, through these joints by bodies that impulses do not move.
     [[nodiscard]] float work_of_movers(const SolverBodies& moving,

@@ -18,6 +18,8 @@ constexpr float kLeastImpactGive = 5.0e-4F;
 /// A blow may make this share of twice the energy of its change of motion: motors work meanwhile.
 /// One that is all rounding makes half of it.
 constexpr float kMostMade = 0.1F;
+/// A smaller share than this is rounding.
+constexpr float kLeastMade = 1.0e-4F;
 /// A blow may part a contact faster than it should by this factor.
 constexpr float kMostOver = 1.001F;
 
@@ -65,14 +67,17 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     note_hit(bodies, at, at.b, time);
     joints_.begin_blow(at.a, at.b);
     apply(w, at, blow, 1.0F);
-    const float size = size_of(w, at, m, blow);
+    float size = size_of(w, at, m, blow);
+    float kept = size > 0.0F ? 1.0F : 0.0F;
     if (size > 0.0F) {
         delay_pulls(at, time);
+        kept = share_kept(before, work_of_movers(w, at, blow, size));
     }
-    const bool given = size > 0.0F && !makes_energy(before, work_of_movers(w, at, blow, size));
-    if (!given) {
-        take_back(at);
+    if (kept < 1.0F) {
+        take_back(at, kept);
     }
+    size *= kept;
+    const bool given = size > 0.0F;
     joints_.end_blow(at.a, at.b);
     for (std::size_t k = 0; given && k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
@@ -133,10 +138,11 @@ float ContactSolver::work_of_movers(const SolverWatch& w,
            size * blow.power(*this, w, at, movers, true);
 }
 
-/// Whether the blow left the bodies with more energy than they had and `helped`, which movers gave,
-/// J; `before`: the share of this substep's change of velocity that had not come yet. Where joints
-/// contradict each other their pulls are all rounding.
-bool ContactSolver::makes_energy(float before, float helped) const {
+/// How many times the blow may be given so that it leaves the bodies with no more energy than they
+/// had and `helped`, which movers gave, J; `before`: the share of this substep's change of velocity
+/// that had not come yet. Its energy is a parabola of that number. Zero where joints contradict
+/// each other: their pulls are all rounding.
+float ContactSolver::share_kept(float before, float helped) const {
     float made = -helped;
     float moved = 0.0F;
     for (const auto& [slot, motion] : hit_) {
@@ -147,14 +153,19 @@ bool ContactSolver::makes_energy(float before, float helped) const {
         made += sum_of(push.at * mean.at);
         moved += sum_of(push.at * change.at);
     }
-    return !(made <= kMostMade * moved);
+    if (!(made <= kMostMade * moved)) {
+        return 0.0F;
+    }
+    return made > kLeastMade * moved ? 1.0F - 2.0F * made / moved : 1.0F;
 }
 
-void ContactSolver::take_back(const Single& at) {
+/// Leaves a share of the blow.
+void ContactSolver::take_back(const Single& at, float left) {
     for (const auto& [slot, motion] : hit_) {
-        moving_.motion[slot] = motion;
+        const Row8 change = moving_.motion[slot] - motion;
+        moving_.motion[slot] = left > 0.0F ? motion + left * change : motion;
     }
-    joints_.restore_impulses(at.a, at.b);
+    joints_.restore_impulses(at.a, at.b, left);
 }
 
 /// How many times the blow is given, which was given once; the rest is given here.

@@ -162,8 +162,8 @@ class ContactSolver {
                                        const Single& at,
                                        const Blow& blow,
                                        float size) const;
-    [[nodiscard]] bool makes_energy(float before, float helped) const;
-    void take_back(const Single& at);
+    [[nodiscard]] float share_kept(float before, float helped) const;
+    void take_back(const Single& at, float left);
     void delay_pulls(const Single& at, float time);
     void note_hit(const Bodies& bodies, const Single& at, std::uint32_t slot, float time);
     [[nodiscard]] Row8 before_of(std::uint32_t slot) const;
