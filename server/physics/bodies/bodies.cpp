@@ -42,6 +42,9 @@ std::uint32_t Bodies::append_row() {
     velocity.emplace_back(Vec3::Zero());
     angular_velocity.emplace_back(Vec3::Zero());
     still_s.push_back(0.0F);
+    settled_s.push_back(0.0F);
+    settled_at.emplace_back(Vec3::Zero());
+    settled_turn.emplace_back(Quat::Identity());
     substep_level.push_back(0);
     substep_patience.push_back(0);
     inv_mass_scale.push_back(1.0F);
@@ -87,7 +90,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     velocity[row] = def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.velocity;
     angular_velocity[row] =
         def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.angular_velocity;
-    still_s[row] = 0.0F;
+    stir(row);
     substep_level[row] = 0;
     substep_patience[row] = 0;
     inv_mass_scale[row] = 1.0F;

@@ -25,10 +25,13 @@ struct Bodies {
     std::vector<Quat> orientation;
     std::vector<Vec3> velocity;
     std::vector<Vec3> angular_velocity;
-    std::vector<Vec3> force;                  ///< of this step at the centre of mass, N, world axes
-    std::vector<Vec3> torque;                 ///< of this step, N m, world axes
-    std::vector<float> still_s;               ///< how long it has been slower than the sleep speeds
-    std::vector<std::uint8_t> substep_level;  ///< level of its island in the last step
+    std::vector<Vec3> force;       ///< of this step at the centre of mass, N, world axes
+    std::vector<Vec3> torque;      ///< of this step, N m, world axes
+    std::vector<float> still_s;    ///< how long it has been slower than the sleep speeds
+    std::vector<float> settled_s;  ///< how long it has stayed near `settled_at`
+    std::vector<Vec3> settled_at;
+    std::vector<Quat> settled_turn;
+    std::vector<std::uint8_t> substep_level;     ///< level of its island in the last step
     std::vector<std::uint8_t> substep_patience;  ///< steps until its island may go down a level
     /// The factor by which contacts scale its inverse mass and inertia in this step: 1, or less
     /// where its island holds a body that is too heavy (see SubstepPolicy).
@@ -119,6 +122,10 @@ struct Bodies {
     void add_force(std::uint32_t row, const Vec3& f, const Vec3& t);
     void clear_forces();
     void set_pose(std::uint32_t row, const Vec3& x, const Quat& q);
+
+    /// It has not been at rest until now.
+    void stir(std::uint32_t row) { still_s[row] = settled_s[row] = 0.0F; }
+
     void mark_awake(std::uint32_t row);
     void mark_asleep(std::uint32_t row);
     /// Drops rows that are asleep or gone from both lists and sorts them.

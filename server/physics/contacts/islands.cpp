@@ -4,11 +4,50 @@
 
 namespace zoned::physics {
 
+namespace {
+
+/// A body that stays within this of a place, m and rad, for so many times longer than a still one
+/// has to be still, may sleep as well: what is still may go farther in its time.
+constexpr float kSettledShift = 0.01F;
+constexpr float kSettledTurn = 0.02F;
+constexpr float kSettledLonger = 8.0F;
+/// Faster than this many times the sleep speeds nothing settles.
+constexpr float kUnsettled = 40.0F;
+
+bool slower(const Bodies& bodies, std::uint32_t row, float speed, float spin) {
+    return bodies.velocity[row].squaredNorm() < speed * speed &&
+           bodies.angular_velocity[row].squaredNorm() < spin * spin;
+}
+
+bool left_its_place(const Bodies& bodies, std::uint32_t row) {
+    const Vec3 shift = bodies.position[row] - bodies.settled_at[row];
+    const float half =
+        (bodies.orientation[row] * bodies.settled_turn[row].conjugate()).vec().norm();
+    return shift.squaredNorm() > kSettledShift * kSettledShift || 2.0F * half > kSettledTurn;
+}
+
+/// How long the body has been still, and how long in one place.
+void note_rest(Bodies& bodies, std::uint32_t row, const Islands::Limits& limits) {
+    const bool still = slower(bodies, row, limits.speed, limits.spin);
+    bodies.still_s[row] = still ? bodies.still_s[row] + limits.dt : 0.0F;
+    if (!slower(bodies, row, kUnsettled * limits.speed, kUnsettled * limits.spin)) {
+        bodies.settled_s[row] = 0.0F;
+    } else if (bodies.settled_s[row] > 0.0F && !left_its_place(bodies, row)) {
+        bodies.settled_s[row] += limits.dt;
+    } else {
+        bodies.settled_at[row] = bodies.position[row];
+        bodies.settled_turn[row] = bodies.orientation[row];
+        bodies.settled_s[row] = limits.dt;
+    }
+}
+
+}  // namespace
+
 void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;
     }
-    bodies.still_s[row] = 0.0F;
+    bodies.stir(row);
     if (bodies.awake[row] != 0) {
         return;
     }
@@ -18,7 +57,7 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, 
     while (!stack_.empty()) {
         const std::uint32_t at = stack_.back();
         stack_.pop_back();
-        bodies.still_s[at] = 0.0F;
+        bodies.stir(at);
         graph.for_each_of(bodies, at, [&](std::uint32_t contact, std::uint32_t other) {
             graph.activate(contact);
             if (graph.pair(contact).touching && bodies.is_dynamic(other) &&
@@ -58,9 +97,7 @@ std::uint32_t Islands::update(Bodies& bodies,
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t row = list[i];
         bodies.solver_slot[row] = static_cast<std::uint32_t>(i);
-        const bool still = bodies.velocity[row].squaredNorm() < limits.speed * limits.speed &&
-                           bodies.angular_velocity[row].squaredNorm() < limits.spin * limits.spin;
-        bodies.still_s[row] = still ? bodies.still_s[row] + limits.dt : 0.0F;
+        note_rest(bodies, row, limits);
     }
     for (const std::uint32_t index : graph.active()) {
         const Pair& contact = graph.pair(index);
@@ -72,7 +109,7 @@ std::uint32_t Islands::update(Bodies& bodies,
         if (a && b) {
             sets_.join(bodies.solver_slot[contact.a], bodies.solver_slot[contact.b]);
         } else if (bodies.awake[a ? contact.b : contact.a] != 0) {
-            bodies.still_s[a ? contact.a : contact.b] = 0.0F;  // on a kinematic body that moves
+            bodies.stir(a ? contact.a : contact.b);  // on a kinematic body that moves
         }
     }
     for (const std::uint32_t index : active_joints) {
@@ -85,14 +122,15 @@ std::uint32_t Islands::update(Bodies& bodies,
         if (a && b) {
             sets_.join(bodies.solver_slot[entry.a], bodies.solver_slot[entry.b]);
         } else if (entry.a != kNoIndex && bodies.awake[a ? entry.b : entry.a] != 0) {
-            bodies.still_s[a ? entry.a : entry.b] = 0.0F;  // held by a kinematic body that moves
+            bodies.stir(a ? entry.a : entry.b);  // held by a kinematic body that moves
         }
     }
     std::uint32_t islands = 0;
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
         islands += root == i ? 1 : 0;
-        still_s_[root] = std::min(still_s_[root], bodies.still_s[list[i]]);
+        const float settled_s = bodies.settled_s[list[i]] / kSettledLonger;
+        still_s_[root] = std::min(still_s_[root], std::max(bodies.still_s[list[i]], settled_s));
     }
     if (limits.after_s > 0.0F) {
         for (std::size_t i = 0; i < list.size(); ++i) {

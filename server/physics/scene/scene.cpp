@@ -83,7 +83,12 @@ BodyHistory Scene::history(BodyId body) const {
     const Bodies& bodies = impl_->bodies;
     const std::uint32_t row = bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "history() of a body that is not in the scene");
-    return {bodies.still_s[row], bodies.substep_level[row], bodies.substep_patience[row]};
+    return {bodies.still_s[row],
+            bodies.settled_s[row],
+            bodies.position[row] - bodies.settled_at[row],
+            bodies.settled_turn[row],
+            bodies.substep_level[row],
+            bodies.substep_patience[row]};
 }
 
 void Scene::set_history(BodyId body, const BodyHistory& history) {
@@ -91,6 +96,9 @@ void Scene::set_history(BodyId body, const BodyHistory& history) {
     const std::uint32_t row = bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "set_history() of a body that is not in the scene");
     bodies.still_s[row] = history.still_s;
+    bodies.settled_s[row] = history.settled_s;
+    bodies.settled_at[row] = bodies.position[row] - history.settled_shift;
+    bodies.settled_turn[row] = history.settled_turn;
     bodies.substep_level[row] = history.substep_level;
     bodies.substep_patience[row] = history.substep_patience;
 }
@@ -217,6 +225,7 @@ void Scene::hash(core::StateHash& hash) const {
         add(bodies.velocity[row]);
         add(bodies.angular_velocity[row]);
         hash.add(bodies.still_s[row]);
+        hash.add(bodies.settled_s[row]);
     }
 }
 

@@ -94,6 +94,9 @@ struct BodyState {
 /// The past of a body that its next steps depend on, besides its state.
 struct BodyHistory {
     float still_s = 0.0F;               ///< how long it has been slower than the sleep speeds
+    float settled_s = 0.0F;             ///< how long it has stayed near one place
+    Vec3 settled_shift = Vec3::Zero();  ///< how far it is from there, m
+    Quat settled_turn = Quat::Identity();
     std::uint8_t substep_level = 0;     ///< of its island in the last step
     std::uint8_t substep_patience = 0;  ///< steps until its island may go down a level
 };

@@ -32,7 +32,8 @@ bool Scene::Impl::is_sound() const {
     const Bodies& b = bodies;
     bool sound =
         fits(b.generation, b.kind, b.user, b.position, b.orientation, b.velocity) &&
-        fits(b.angular_velocity, b.force, b.torque, b.still_s, b.substep_level) &&
+        fits(b.angular_velocity, b.force, b.torque, b.still_s, b.settled_s) &&
+        fits(b.settled_at, b.settled_turn, b.substep_level) &&
         fits(b.substep_patience, b.inv_mass_scale, b.awake, b.listed, b.shape, b.material) &&
         fits(b.filter, b.damping, b.sensor, b.events, b.inv_mass, b.inertia, b.inv_inertia) &&
         fits(b.round, b.radius, b.inner, b.rotation, b.bounds, b.fat, b.first_contact) &&

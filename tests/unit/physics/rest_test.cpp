@@ -1,6 +1,7 @@
 // Bodies at rest and under friction: stacks, inclines, rolling.
 #include "server/physics/scene/scene.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/joint_scene.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
@@ -194,6 +195,45 @@ TEST(Bounce, LosesEnergyAsRestitutionSaysWhateverTheTimeStep) {
         EXPECT_NEAR(apex_after(0.8F, dt, 1, 10.0F), 6.4F, 0.01F) << dt;
         EXPECT_NEAR(apex_after(0.8F, dt, 3, 10.0F), 10.0F * std::pow(0.64F, 3.0F), 0.02F) << dt;
     }
+}
+
+/// A ball that swings on a spring without damping, at three times the sleep speed and more: it is
+/// never slow for half a second.
+struct Swing : JointScene {
+    BodyId ball;
+
+    explicit Swing(float amplitude) : JointScene(Vec3::Zero(), true) {
+        ball = add(Shape::sphere(0.1F), 1.0F, Vec3(1.0F + amplitude, 0.0F, 0.0F));
+        JointDef spring = joint_of(JointKind::kSpring, BodyId(), ball, Vec3::Zero());
+        spring.anchor_b = Vec3(1.0F + amplitude, 0.0F, 0.0F);
+        spring.length_m = 1.0F;
+        spring.spring_hz = 6.0F;
+        spring.spring_damping_ratio = 0.0F;
+        join(spring);
+    }
+};
+
+TEST(Settling, WhatStaysWithinACentimetreFallsAsleep) {
+    Swing swing(0.004F);
+    swing.run(3.0F);
+    EXPECT_EQ(swing.scene.awake_count(), 1U);
+    swing.run(2.0F);
+    EXPECT_EQ(swing.scene.awake_count(), 0U);
+}
+
+TEST(Settling, WhatSwingsFartherStaysAwake) {
+    Swing swing(0.02F);
+    swing.run(20.0F);
+    EXPECT_EQ(swing.scene.awake_count(), 1U);
+}
+
+TEST(Settling, WhatIsPushedStaysAwake) {
+    Swing swing(0.004F);
+    for (int i = 0; i < 600; ++i) {
+        swing.scene.apply_force(swing.ball, Vec3(0.0F, 1.0e-6F, 0.0F));
+        swing.scene.step(kFrame);
+    }
+    EXPECT_EQ(swing.scene.awake_count(), 1U);
 }
 
 }  // namespace
