@@ -139,17 +139,17 @@ std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_
     return index;
 }
 
-std::uint32_t ContactGraph::make_link(std::uint32_t contact) {
+std::uint32_t ContactGraph::make_record(std::uint32_t a, std::uint32_t b) {
     const std::uint32_t index = take();
-    pairs_[index].a = pairs_[contact].a;
-    pairs_[index].b = pairs_[contact].b;
+    pairs_[index].a = a;
+    pairs_[index].b = b;
     return index;
 }
 
 void ContactGraph::drop_chain(std::uint32_t contact) {
     for (std::uint32_t at = pool_[contact].chain; at != kNoIndex;) {
         const std::uint32_t next = pool_[at].chain;
-        drop_link(at);
+        drop_record(at);
         at = next;
     }
     pool_[contact].chain = kNoIndex;

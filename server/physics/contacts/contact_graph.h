@@ -103,10 +103,10 @@ class ContactGraph {
     std::uint32_t create(Bodies& bodies, std::uint32_t a, std::uint32_t b);
     void destroy(Bodies& bodies, std::uint32_t contact);
 
-    /// A record for the chain of a contact, not yet in it; drop_link gives it back.
-    std::uint32_t make_link(std::uint32_t contact);
+    /// A record between two bodies that is in no list and no chain yet; drop_record gives it back.
+    std::uint32_t make_record(std::uint32_t a, std::uint32_t b);
 
-    void drop_link(std::uint32_t link) { free_.push_back(link); }
+    void drop_record(std::uint32_t record) { free_.push_back(record); }
 
     /// Calls visit(index of a record) for a contact and its chain.
     template <class Visit>

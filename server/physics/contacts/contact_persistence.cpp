@@ -136,11 +136,11 @@ ChainRecords match_chain(ContactGraph& graph,
         if (best < left) {
             take(i, best);
         } else {
-            out.records[i] = graph.make_link(contact);
+            out.records[i] = graph.make_record(graph.pair(contact).a, graph.pair(contact).b);
         }
     }
     for (std::size_t k = 0; k < left; ++k) {
-        graph.drop_link(old[k]);
+        graph.drop_record(old[k]);
     }
     std::uint32_t at = contact;
     for (std::size_t i = 0; i < out.count; ++i) {

@@ -74,6 +74,8 @@ void Scene::Impl::reserve_room(BodyKind kind) {
     const std::size_t movers = room[1] + room[2];
     moved.reserve(movers + room[3]);
     broken.reserve(movers + room[3]);
+    passed.reserve(movers);
+    guards.reserve(movers);
     stopped.reserve(movers + room[3]);
     if (kind == BodyKind::kParticle) {
         resting.reserve(bodies.rows() + room[k]);

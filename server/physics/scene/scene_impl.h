@@ -91,6 +91,8 @@ struct Scene::Impl {
     std::vector<TouchChange> touch_changes;  ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
     std::vector<StepStart> starts;           ///< by row: as it was before the solve
+    std::vector<std::uint32_t> passed;       ///< rows that passed a surface in the last solve
+    std::vector<std::uint32_t> guards;       ///< contacts of this step that keep them from it
 
     /// A surface that presses on a body.
     struct Press {
@@ -252,8 +254,17 @@ struct Scene::Impl {
     /// Takes back motion of the solve through static geometry.
     void hold_back(float dt);
     struct GuardedPoint;
-    void hold_back(std::uint32_t row, const GuardedPoint& point, float dt);
     struct Surface;
+    template <class Visit>
+    void for_each_guarded(std::uint32_t row, float dt, Visit&& visit) const;
+    [[nodiscard]] Surface surface_passed(std::uint32_t row,
+                                         const GuardedPoint& point,
+                                         float dt,
+                                         Vec3& before) const;
+    void solve_guarded(const SubstepPolicy::SubstepBatch& batch, float dt);
+    void guard(std::uint32_t row, float dt);
+    void add_guard(std::uint32_t row, const GuardedPoint& point, const Surface& wall);
+    void drop_guards();
     /// Shortens the path to where it meets static geometry that the body collides with.
     [[nodiscard]] Surface first_surface(std::uint32_t row,
                                         const Filter& filter,

@@ -70,7 +70,8 @@ void Scene::Impl::solve_by_substep_policy(float dt) {
         {settings.error_budget_m, SubstepPolicy::kLongestSubstep, dt, settings.gravity.norm()},
         *team);
     substep_limited = substep_policy.substep_limited();
-    torn.begin_step(substep_policy.jointed_visits(), {settings.error_budget_m, settings.gravity});
+    torn.begin_step(substep_policy.jointed_visits(),
+                    {settings.error_budget_m, dt, settings.gravity});
     for (std::size_t i = 0; i < SubstepPolicy::kBatches; ++i) {
         const SubstepPolicy::SubstepBatch batch = substep_policy.batch(i);
         if (!batch.joints.empty()) {
@@ -95,8 +96,9 @@ void Scene::Impl::solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt
     parameters.dt = dt;
     parameters.substeps = batch.substeps;
     parameters.iterations =
-        batch.young ? SubstepPolicy::kYoungIterations : settings.velocity_iterations;
-    parameters.relax_iterations = settings.relax_iterations;
+        std::max(batch.young ? SubstepPolicy::kYoungIterations : settings.velocity_iterations,
+                 batch.least_passes);
+    parameters.relax_iterations = std::max(settings.relax_iterations, batch.least_passes);
     parameters.restitution_speed = settings.restitution_speed_mps;
     substeps = std::max(substeps, static_cast<std::uint32_t>(batch.substeps));
     count_sweeps(batch.contacts,
@@ -118,13 +120,16 @@ void Scene::Impl::count_sweeps(std::span<const std::uint32_t> contacts,
 void Scene::Impl::solve_jointed(const SubstepPolicy::SubstepBatch& batch, float dt) {
     const TornIslands::StepView view{bodies, graph, joints, substep_policy, starts};
     torn.note(view, batch);
-    solve_batch(batch, dt);
-    for (int more = 2 * batch.substeps; torn.take_back(view, more, broken); more *= 2) {
-        solve_batch({more, batch.young, torn.contacts(), torn.joints()}, dt);
+    solve_guarded(batch, dt);
+    for (int more = 2 * batch.substeps; torn.take_back(view, more, passed, broken); more *= 2) {
+        const int most = std::min(more, SubstepPolicy::kMostSubsteps);
+        solve_guarded({most, batch.young, torn.contacts(), torn.joints(), more / most}, dt);
     }
     if (torn.take_back_hopeless(view, broken)) {
-        solve_batch({batch.substeps, batch.young, torn.contacts(), torn.joints()}, dt);
+        solve_guarded({batch.substeps, batch.young, torn.contacts(), torn.joints()}, dt);
     }
+    torn.take_out_gain(view);
+    drop_guards();
 }
 
 bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float dt) {

@@ -13,14 +13,20 @@ constexpr std::size_t kLeastVisits = 8192;
 /// Repeats of a step may visit so many times what its first solve visits: all of it with twice the
 /// substeps.
 constexpr std::size_t kRepeated = 2;
-/// A joint that was open already is torn when it has opened further by this share of the gap.
-constexpr float kOpened = 0.2F;
-/// An island that nothing drives gains no more energy than this share of its energy of motion ...
-constexpr float kGain = 0.1F;
+/// Where the most substeps do not suffice, up to so many passes in each of them may.
+constexpr int kMostSweeps = 8 * SubstepPolicy::kMostSubsteps;
+/// A joint that was open already is torn when it opens further by this share of the gap in
+/// kOpenedWithin, s.
+constexpr float kOpened = 0.1F;
+constexpr float kOpenedWithin = 1.0F / 60.0F;
+/// An island gains no more energy than what its motors may do, this share of its energy of motion
+/// ...
+constexpr float kGain = 0.03F;
 /// ... and that of this speed, m/s: contacts push apart what overlaps.
-constexpr float kOverlapSpeed = 0.5F;
+constexpr float kOverlapSpeed = 0.1F;
 
-/// How far the anchors are from where the joint holds them, m.
+/// How far the anchors are from where the joint holds them, m. A wrong angle counts by its arc on
+/// the smaller body.
 float gap_of(const Bodies& bodies, const JointEntry& entry) {
     const Vec3 origin = bodies.position[entry.b];
     const JointPose a = entry.a == kNoIndex ? JointPose{-origin, Mat3::Identity()}
@@ -28,14 +34,18 @@ float gap_of(const Bodies& bodies, const JointEntry& entry) {
                                                         bodies.rotation[entry.a]};
     JointRows rows;
     write_rows(entry.joint, a, {Vec3::Zero(), bodies.rotation[entry.b]}, rows);
-    float square = 0.0F;
+    float apart = 0.0F;
+    float turned = 0.0F;
     for (std::size_t i = 0; i < rows.count; ++i) {
         const JointRow& row = rows.rows[i];
-        if (row.kind == RowKind::kHard && !row.linear.isZero(0.0F)) {
-            square += row.error * row.error;
+        if (row.kind == RowKind::kHard) {
+            (row.linear.isZero(0.0F) ? turned : apart) += row.error * row.error;
         }
     }
-    return std::sqrt(square);
+    const float arm = entry.a == kNoIndex
+                          ? bodies.radius[entry.b]
+                          : std::min(bodies.radius[entry.a], bodies.radius[entry.b]);
+    return std::sqrt(apart) + arm * std::sqrt(turned);
 }
 
 std::uint32_t row_of(const Bodies& bodies, const JointEntry& entry) {
@@ -44,6 +54,30 @@ std::uint32_t row_of(const Bodies& bodies, const JointEntry& entry) {
 
 std::uint32_t row_of(const Bodies& bodies, const Pair& pair) {
     return bodies.simulated(pair.a) ? pair.a : pair.b;
+}
+
+/// Energy that a joint's spring holds, J.
+float stored_in(const Bodies& bodies, const JointEntry& entry) {
+    const Joint& joint = entry.joint;
+    if (joint.def.kind != JointKind::kSpring) {
+        return 0.0F;
+    }
+    const auto anchor = [&](std::uint32_t row, const Vec3& local) {
+        return Vec3(bodies.position[row] + bodies.rotation[row] * local);
+    };
+    const bool held = entry.a == kNoIndex;
+    const Vec3 on_a = held ? joint.local_a : anchor(entry.a, joint.local_a);
+    const float stretch = (anchor(entry.b, joint.local_b) - on_a).norm() - joint.length;
+    const float inverse_mass =
+        (bodies.simulated(entry.b) ? bodies.inv_mass[entry.b] : 0.0F) +
+        (!held && bodies.simulated(entry.a) ? bodies.inv_mass[entry.a] : 0.0F);
+    const SpringConstants spring = spring_constants(joint.def, static_cast<double>(inverse_mass));
+    return 0.5F * static_cast<float>(spring.k) * stretch * stretch;
+}
+
+/// The most that a joint's motor can do in a step, J: faster than its target it brakes.
+float motor_work(const JointDef& def, float dt) {
+    return def.motor ? def.motor_max * std::abs(def.motor_speed) * dt : 0.0F;
 }
 
 bool moves(const Bodies& bodies, std::uint32_t row) {
@@ -77,6 +111,7 @@ void TornIslands::reserve(std::size_t bodies, std::size_t contacts) {
 
 void TornIslands::begin_step(std::size_t visits, const TearLimits& limits) {
     limits_ = limits;
+    opening_m_ = kOpened * limits.gap_m * std::min(limits.dt_s / kOpenedWithin, 1.0F);
     visits_left_ = std::max(kRepeated * visits, kLeastVisits);
     given_up_ = 0;
 }
@@ -90,7 +125,9 @@ void TornIslands::note(const StepView& view, const SubstepPolicy::SubstepBatch& 
         noted_contacts_.push_back({index, view.graph[index]});
     }
     for (const std::uint32_t index : batch.joints) {
-        noted_joints_.push_back({index, view.table[index], gap_of(view.bodies, view.table[index])});
+        const JointEntry& entry = view.table[index];
+        noted_joints_.push_back(
+            {index, entry, gap_of(view.bodies, entry), stored_in(view.bodies, entry)});
     }
     list_rows(view);
 }
@@ -147,31 +184,39 @@ void TornIslands::weigh(const StepView& view) {
         const float fall = limits_.gravity.dot(bodies.position[row] - start.position);
         IslandEnergy& energy = energy_[view.islands.island_of(row)];
         energy.gain += after - before - mass * fall;
+        energy.motion += after;
         energy.allowed +=
             kGain * before + mass * (0.5F * kOverlapSpeed * kOverlapSpeed + g * limits_.gap_m);
         energy.driven |= !bodies.force[row].isZero(0.0F) || !bodies.torque[row].isZero(0.0F);
     }
     for (const NotedContact& noted : noted_contacts_) {
         const Pair& pair = view.graph.pair(noted.index);
+        IslandEnergy& energy = energy_[view.islands.island_of(row_of(bodies, pair))];
         for (const std::uint32_t row : {pair.a, pair.b}) {
-            energy_[view.islands.island_of(row_of(bodies, pair))].driven |=
-                !bodies.simulated(row) && moves(bodies, row);
+            energy.driven |= !bodies.simulated(row) && moves(bodies, row);
+            energy.held |= !bodies.simulated(row);
         }
     }
     for (const NotedJoint& noted : noted_joints_) {
         const JointEntry& entry = view.table[noted.index];
-        const JointDef& def = entry.joint.def;
-        const bool mover =
-            entry.a != kNoIndex && !bodies.simulated(entry.a) && moves(bodies, entry.a);
-        energy_[view.islands.island_of(row_of(bodies, entry))].driven |=
-            def.motor || def.kind == JointKind::kSpring || mover;
+        IslandEnergy& energy = energy_[view.islands.island_of(row_of(bodies, entry))];
+        energy.gain += stored_in(bodies, entry) - noted.stored;
+        energy.allowed += motor_work(entry.joint.def, limits_.dt_s);
+        const bool held = entry.a == kNoIndex || !bodies.simulated(entry.a);
+        energy.driven |= held && entry.a != kNoIndex && moves(bodies, entry.a);
+        energy.held |= held;
     }
 }
 
 /// Lists the islands that are torn now.
-void TornIslands::judge(const StepView& view, std::span<const std::uint32_t> broken) {
+void TornIslands::judge(const StepView& view,
+                        std::span<const std::uint32_t> passed,
+                        std::span<const std::uint32_t> broken) {
     weigh(view);
     torn_.clear();
+    for (const std::uint32_t row : passed) {
+        torn_.push_back({view.islands.island_of(row)});
+    }
     for (const NotedJoint& noted : noted_joints_) {
         const JointEntry& entry = view.table[noted.index];
         const std::uint32_t island = view.islands.island_of(row_of(view.bodies, entry));
@@ -179,26 +224,34 @@ void TornIslands::judge(const StepView& view, std::span<const std::uint32_t> bro
             return row == entry.a || row == entry.b;
         });
         const float gap = gap_of(view.bodies, entry);
-        const bool opened = gap > limits_.gap_m && gap > noted.gap + kOpened * limits_.gap_m;
+        const bool opened = gap > limits_.gap_m && gap > noted.gap + opening_m_;
         const IslandEnergy& energy = energy_[island];
-        if (stopped || opened || (!energy.driven && !(energy.gain <= energy.allowed))) {
-            torn_.push_back({island, stopped ? INFINITY : gap, 0});
+        if (stopped || opened || !(energy.over() <= 0.0F)) {
+            torn_.push_back({island, stopped ? INFINITY : gap, 0, energy.over()});
         }
     }
-    std::sort(torn_.begin(), torn_.end(), [](const TornIsland& a, const TornIsland& b) {
+    sort_islands(torn_);
+}
+
+/// By island, each once, with its largest gap.
+void TornIslands::sort_islands(std::vector<TornIsland>& some) {
+    std::sort(some.begin(), some.end(), [](const TornIsland& a, const TornIsland& b) {
         return std::tuple(a.island, -a.gap) < std::tuple(b.island, -b.gap);
     });
     const auto same = [](const TornIsland& a, const TornIsland& b) {
         return a.island == b.island;
     };
-    torn_.erase(std::unique(torn_.begin(), torn_.end(), same), torn_.end());
+    some.erase(std::unique(some.begin(), some.end(), same), some.end());
 }
 
-/// Islands whose joints are open further than before the repeat: more substeps do not help them.
+/// Islands whose joints are open further than before the repeat, or which gained more energy: more
+/// substeps do not help them.
 void TornIslands::drop_hopeless() {
     std::erase_if(torn_, [this](const TornIsland& now) {
         const TornIsland* before = find(last_, now.island);
-        const bool worse = before != nullptr && now.gap > limits_.gap_m && now.gap >= before->gap;
+        const bool worse = before != nullptr &&
+                           (now.gap > limits_.gap_m ? now.gap >= before->gap
+                                                    : now.over > 0.0F && now.over >= before->over);
         if (worse) {
             hopeless_.push_back(now);
             ++given_up_;
@@ -223,7 +276,7 @@ void TornIslands::keep_affordable(const StepView& view, int substeps) {
     }
     std::erase_if(torn_, [&](const TornIsland& torn) {
         const std::size_t visits = torn.visits * static_cast<std::size_t>(substeps);
-        const bool dear = visits > visits_left_ || substeps > SubstepPolicy::kMostSubsteps;
+        const bool dear = visits > visits_left_ || substeps > kMostSweeps;
         given_up_ += dear ? 1 : 0;
         visits_left_ -= dear ? 0 : visits;
         return dear;
@@ -232,12 +285,27 @@ void TornIslands::keep_affordable(const StepView& view, int substeps) {
 
 bool TornIslands::take_back(const StepView& view,
                             int substeps,
+                            std::span<const std::uint32_t> passed,
                             std::vector<std::uint32_t>& broken) {
-    judge(view, broken);
+    judge(view, passed, broken);
     drop_hopeless();
     keep_affordable(view, substeps);
     put_back(view, torn_, broken);
     last_.swap(torn_);
+    return !joints_.empty();
+}
+
+bool TornIslands::take_back_of(const StepView& view,
+                               std::span<const std::uint32_t> rows,
+                               int substeps,
+                               std::vector<std::uint32_t>& broken) {
+    torn_.clear();
+    for (const std::uint32_t row : rows) {
+        torn_.push_back({view.islands.island_of(row)});
+    }
+    sort_islands(torn_);
+    keep_affordable(view, substeps);
+    put_back(view, torn_, broken);
     return !joints_.empty();
 }
 
@@ -247,6 +315,22 @@ bool TornIslands::take_back_hopeless(const StepView& view, std::vector<std::uint
     });
     put_back(view, hopeless_, broken);
     return !joints_.empty();
+}
+
+void TornIslands::take_out_gain(const StepView& view) {
+    if (given_up_ == 0) {
+        return;
+    }
+    weigh(view);
+    for (const std::uint32_t row : rows_) {
+        const IslandEnergy& energy = energy_[view.islands.island_of(row)];
+        if (energy.held && energy.over() > 0.0F && energy.motion > 0.0F) {
+            const float left =
+                std::sqrt(std::max(energy.motion - energy.over(), 0.0F) / energy.motion);
+            view.bodies.velocity[row] *= left;
+            view.bodies.angular_velocity[row] *= left;
+        }
+    }
 }
 
 /// Lists the contacts and joints of these islands, and takes them and their bodies to the step's
