@@ -12,7 +12,7 @@ constexpr float kSettledShift = 0.01F;
 constexpr float kSettledTurn = 0.02F;
 constexpr float kSettledLonger = 8.0F;
 /// Faster than this many times the sleep speeds nothing settles.
-constexpr float kUnsettled = 40.0F;
+constexpr float kUnsettled = 20.0F;
 
 bool slower(const Bodies& bodies, std::uint32_t row, float speed, float spin) {
     return bodies.velocity[row].squaredNorm() < speed * speed &&
@@ -21,23 +21,25 @@ bool slower(const Bodies& bodies, std::uint32_t row, float speed, float spin) {
 
 bool left_its_place(const Bodies& bodies, std::uint32_t row) {
     const Vec3 shift = bodies.position[row] - bodies.settled_at[row];
-    const float half =
-        (bodies.orientation[row] * bodies.settled_turn[row].conjugate()).vec().norm();
-    return shift.squaredNorm() > kSettledShift * kSettledShift || 2.0F * half > kSettledTurn;
+    const float cosine = bodies.orientation[row].dot(bodies.settled_turn[row]);  // of half the turn
+    return shift.squaredNorm() > kSettledShift * kSettledShift ||
+           1.0F - cosine * cosine > 0.25F * kSettledTurn * kSettledTurn;
 }
 
-/// How long the body has been still, and how long in one place.
+/// How long the body has been still, and how long in one place. While it is still, nobody needs to
+/// know the place.
 void note_rest(Bodies& bodies, std::uint32_t row, const Islands::Limits& limits) {
     const bool still = slower(bodies, row, limits.speed, limits.spin);
     bodies.still_s[row] = still ? bodies.still_s[row] + limits.dt : 0.0F;
-    if (!slower(bodies, row, kUnsettled * limits.speed, kUnsettled * limits.spin)) {
-        bodies.settled_s[row] = 0.0F;
-    } else if (bodies.settled_s[row] > 0.0F && !left_its_place(bodies, row)) {
-        bodies.settled_s[row] += limits.dt;
+    float& settled_s = bodies.settled_s[row];
+    if (!still && !slower(bodies, row, kUnsettled * limits.speed, kUnsettled * limits.spin)) {
+        settled_s = 0.0F;
+    } else if (settled_s > 0.0F && (still || !left_its_place(bodies, row))) {
+        settled_s += limits.dt;
     } else {
         bodies.settled_at[row] = bodies.position[row];
         bodies.settled_turn[row] = bodies.orientation[row];
-        bodies.settled_s[row] = limits.dt;
+        settled_s = limits.dt;
     }
 }
 

@@ -28,11 +28,6 @@ constexpr float kSwingTurn = 0.75F;
 /// Force of a joint beyond the weight of the heaviest body under this acceleration is no load:
 /// joints that contradict each other pull the more the stiffer they are, m/s2.
 constexpr float kMostPull = 100.0F;
-/// An island with joints of which no body is faster than this comes to rest, m/s and rad/s: one
-/// pass over its contacts and joints by turns would leave each to move what the other has stopped,
-/// and it would tremble for ever.
-constexpr float kComesToRest = 0.1F;
-constexpr float kComesToRestSpin = 0.5F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// Contacts that one thread looks at at a time.
@@ -92,12 +87,6 @@ std::uint8_t level_of_island(const std::array<std::uint32_t, SubstepPolicy::kLev
     return std::min(static_cast<std::uint8_t>(level), most_level(total));
 }
 
-bool comes_to_rest(const Bodies& bodies, std::uint32_t row) {
-    constexpr float kSpin2 = kComesToRestSpin * kComesToRestSpin;
-    return bodies.velocity[row].squaredNorm() < kComesToRest * kComesToRest &&
-           bodies.angular_velocity[row].squaredNorm() < kSpin2;
-}
-
 /// Angular frequency at which a body swings about its centre under a force along an arm, rad/s: the
 /// most that its inertia about axes across the arm allows.
 float swing_rate(const Bodies& bodies, std::uint32_t row, const Vec3& arm, float force) {
@@ -128,10 +117,6 @@ float SubstepPolicy::IslandNeeds::inv_mass_scale_of(float inv_mass, std::uint8_t
 
 bool SubstepPolicy::IslandNeeds::mostly_young() const {
     return 2 * young > total_of(level);
-}
-
-bool SubstepPolicy::IslandNeeds::wants_more_passes() const {
-    return mostly_young() || (jointed && comes_to_rest);
 }
 
 void SubstepPolicy::reserve(std::size_t bodies, std::size_t contacts) {
@@ -228,8 +213,6 @@ void SubstepPolicy::settle(Bodies& bodies, float dt) {
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
         const std::uint32_t row = awake[i];
-        IslandNeeds& needs = needs_[root];
-        needs.comes_to_rest = needs.comes_to_rest && needs.jointed && comes_to_rest(bodies, row);
         if (bodies.substep_level[row] > held_[root]) {
             held_[root] = bodies.substep_level[row];
             patience_[root] = bodies.substep_patience[row];
@@ -368,7 +351,7 @@ void SubstepPolicy::sort(const Bodies& bodies,
         const bool exact = bodies.substep_level[row] == kExactLevel && needs.fit_for_exact();
         const int level = std::min<int>(bodies.substep_level[row], kLevels - 1);
         const std::uint32_t visits = total_of(needs.level) << level;
-        const bool young = needs.wants_more_passes() && visits <= kMostVisits / kYoungIterations;
+        const bool young = needs.mostly_young() && visits <= kMostVisits / kYoungIterations;
         const int batch = 4 * level + (needs.jointed ? 2 : 0) + (young ? 1 : 0);
         batch_[i] = static_cast<std::uint8_t>(exact ? kBatches : batch);
         ++first[batch_[i] + 2U];

@@ -53,8 +53,7 @@ class SubstepPolicy {
     /// No substep is longer, s: friction and rolling are first order in it.
     static constexpr float kLongestSubstep = 1.0F / 240.0F;
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
-    /// start that is worth the name, and a stack sinks before its impulses have been found. An
-    /// island with joints gets as many while it comes to rest.
+    /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;
     /// Where the most substeps do not suffice, a body lighter than the heaviest by more than this
     /// counts in contacts as lighter by this much.
@@ -87,8 +86,7 @@ class SubstepPolicy {
     /// Islands that are solved alike.
     struct SubstepBatch {
         int substeps = 1;
-        bool young =
-            false;  ///< most contacts are young, or it wants more passes for another reason
+        bool young = false;  ///< most contacts are young
         std::span<const std::uint32_t> contacts;
         std::span<const std::uint32_t> joints;
         int least_passes = 1;  ///< in each substep
@@ -160,13 +158,11 @@ class SubstepPolicy {
         float least_inv_mass = std::numeric_limits<float>::infinity();
         float most_inv_mass = 0.0F;
         bool jointed = false;
-        bool comes_to_rest = true;   // with joints: all bodies are slow
         bool rolls_stiffly = false;  // the exact solver knows no rolling friction
         bool substep_limited = false;
 
         [[nodiscard]] bool fit_for_exact() const;
         [[nodiscard]] bool mostly_young() const;
-        [[nodiscard]] bool wants_more_passes() const;
         /// See Bodies::inv_mass_scale; `held`: the level that the island has.
         [[nodiscard]] float inv_mass_scale_of(float inv_mass, std::uint8_t held) const;
 
