@@ -114,13 +114,13 @@ void FlowField::close_window(const GridMap& map, const Window& window) {
 void FlowField::make_room(const GridMap& map, std::size_t reached) {
     ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     if (cost_.size() != map.places()) {
-        cost_ = ZeroPages<Cost>(map.places());
-        hop_ = ZeroPages<Hop>(map.places());
+        cost_ = core::ZeroPages<Cost>(map.places());
+        hop_ = core::ZeroPages<Hop>(map.places());
     }
     // One more than a bucket can hold: an entry without change is written behind the last one.
     if (buckets_[0].places.size() < reached + 1) {
         for (Bucket& b : buckets_) {
-            b.places = ZeroPages<Place>(reached + 1);
+            b.places = core::ZeroPages<Place>(reached + 1);
         }
     }
 }

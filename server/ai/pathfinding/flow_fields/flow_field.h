@@ -3,7 +3,7 @@
 
 #include "server/ai/pathfinding/grid/cost.h"
 #include "server/ai/pathfinding/grid/grid_map.h"
-#include "server/ai/pathfinding/grid/zero_pages.h"
+#include "shared/core/containers/zero_pages.h"
 
 #include <array>
 #include <cstddef>
@@ -84,7 +84,7 @@ class FlowField {
     /// places that have become cheaper since and are in an earlier bucket too. Only the first
     /// `size` entries count; the rest is room.
     struct Bucket {
-        ZeroPages<Place> places;
+        core::ZeroPages<Place> places;
         std::size_t size = 0;
     };
 
@@ -98,8 +98,8 @@ class FlowField {
     /// Settles `count` places of the first bucket.
     void spread(const GridMap& map, std::size_t count);
 
-    ZeroPages<Cost> cost_;
-    ZeroPages<Hop> hop_;
+    core::ZeroPages<Cost> cost_;
+    core::ZeroPages<Hop> hop_;
     std::array<Bucket, kBuckets> buckets_;  // the bucket of first_cost_, and the ones after it
     Cost first_cost_ = 0;                   // lower bound of the first bucket
     std::size_t next_ = 0;                  // index in the first bucket

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
-#include "server/ai/pathfinding/grid/zero_pages.h"
+#include "shared/core/containers/zero_pages.h"
 
 #include <cstdint>
 #include <vector>
@@ -19,7 +19,7 @@ class OpenList {
     void resize(std::uint32_t nodes) {
         heap_.clear();
         heap_.reserve(nodes);
-        at_ = ZeroPages<std::uint32_t>(nodes);
+        at_ = core::ZeroPages<std::uint32_t>(nodes);
     }
 
     [[nodiscard]] bool empty() const { return heap_.empty(); }
@@ -100,7 +100,7 @@ class OpenList {
     }
 
     std::vector<OpenEntry> heap_;
-    ZeroPages<std::uint32_t> at_;  // by node: its position in heap_, where it has one
+    core::ZeroPages<std::uint32_t> at_;  // by node: its position in heap_, where it has one
 };
 
 /// SearchSpace: a search's data about each node. A new search forgets them without touching all of
@@ -108,7 +108,7 @@ class OpenList {
 class SearchSpace {
   public:
     void resize(std::uint32_t nodes) {
-        known_ = ZeroPages<KnownNode>(nodes);
+        known_ = core::ZeroPages<KnownNode>(nodes);
         open.resize(nodes);
         search_ = 0;
     }
@@ -117,7 +117,7 @@ class SearchSpace {
     void begin() {
         open.clear();
         if (++search_ == 0) {
-            known_ = ZeroPages<KnownNode>(known_.size());
+            known_ = core::ZeroPages<KnownNode>(known_.size());
             search_ = 1;
         }
     }
@@ -149,7 +149,7 @@ class SearchSpace {
         std::uint32_t tag = 0;
     };
 
-    ZeroPages<KnownNode> known_;
+    core::ZeroPages<KnownNode> known_;
     std::uint32_t search_ = 0;
 };
 

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace zoned::ai::pathfinding {
+namespace zoned::core {
 
 /// For large arrays of which most is never touched. The system gives pages of zeros at their first
 /// use. A vector would write them all, and so may calloc() where it reuses memory.
@@ -71,4 +71,4 @@ class ZeroPages {
     std::size_t size_ = 0;
 };
 
-}  // namespace zoned::ai::pathfinding
+}  // namespace zoned::core
