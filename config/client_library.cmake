@@ -19,7 +19,7 @@ target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE 
 target_link_libraries(zoned_client PRIVATE Eigen3::Eigen OpenSSL::SSL OpenSSL::Crypto)
 # A PC without AVX2 must be able to load it, and a game must not wait for a download. Nothing in it throws: where memory runs
 # out, a jump leaves the call (client_memory.h). Strings are its own, as the system's take no memory of a client.
-target_compile_options(zoned_client PRIVATE $<$<NOT:$<STREQUAL:${ZONED_TARGET},generic>>:-march=x86-64> -Wno-psabi $<IF:$<CXX_COMPILER_ID:Clang>,-Oz,-Os> -g0 -DNDEBUG -ffunction-sections -fdata-sections
+target_compile_options(zoned_client PRIVATE $<$<NOT:$<STREQUAL:${ZONED_TARGET},generic>>:-march=x86-64> -Wno-psabi $<IF:$<CXX_COMPILER_ID:Clang>,-Oz,-Os> -g0 -DNDEBUG -fno-math-errno -ffunction-sections -fdata-sections
   -fno-rtti -fno-exceptions -fno-unwind-tables -fno-asynchronous-unwind-tables -D_GLIBCXX_EXTERN_TEMPLATE=0
   $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH})

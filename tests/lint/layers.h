@@ -110,7 +110,7 @@ inline constexpr std::array kRestrictedIncludes{
                       kLastPureRow,
                       {"server/compute/"}},  // CPU time of workers, for reports
     RestrictedInclude{"time.h", kLastPureRow, {}},
-    RestrictedInclude{"sys/", kLastPureRow, {}},
+    RestrictedInclude{"sys/", kLastPureRow, {"shared/core/containers/zero_pages.h"}},
     RestrictedInclude{"random", kLastPureRow, {}},
     RestrictedInclude{"proto/config/", kLastRow, {"server/config/"}},
 };

@@ -199,10 +199,10 @@ TEST(Bounce, LosesEnergyAsRestitutionSaysWhateverTheTimeStep) {
 
 /// A ball that swings on a spring without damping, at three times the sleep speed and more: it is
 /// never slow for half a second.
-struct Swing : JointScene {
+struct SwingingBall : JointScene {
     BodyId ball;
 
-    explicit Swing(float amplitude) : JointScene(Vec3::Zero(), true) {
+    explicit SwingingBall(float amplitude) : JointScene(Vec3::Zero(), true) {
         ball = add(Shape::sphere(0.1F), 1.0F, Vec3(1.0F + amplitude, 0.0F, 0.0F));
         JointDef spring = joint_of(JointKind::kSpring, BodyId(), ball, Vec3::Zero());
         spring.anchor_b = Vec3(1.0F + amplitude, 0.0F, 0.0F);
@@ -214,7 +214,7 @@ struct Swing : JointScene {
 };
 
 TEST(Settling, WhatStaysWithinACentimetreFallsAsleep) {
-    Swing swing(0.004F);
+    SwingingBall swing(0.004F);
     swing.run(3.0F);
     EXPECT_EQ(swing.scene.awake_count(), 1U);
     swing.run(2.0F);
@@ -222,13 +222,13 @@ TEST(Settling, WhatStaysWithinACentimetreFallsAsleep) {
 }
 
 TEST(Settling, WhatSwingsFartherStaysAwake) {
-    Swing swing(0.02F);
+    SwingingBall swing(0.02F);
     swing.run(20.0F);
     EXPECT_EQ(swing.scene.awake_count(), 1U);
 }
 
 TEST(Settling, WhatIsPushedStaysAwake) {
-    Swing swing(0.004F);
+    SwingingBall swing(0.004F);
     for (int i = 0; i < 600; ++i) {
         swing.scene.apply_force(swing.ball, Vec3(0.0F, 1.0e-6F, 0.0F));
         swing.scene.step(kFrame);
