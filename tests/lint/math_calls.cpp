@@ -24,7 +24,7 @@ constexpr std::array<std::string_view, 7> kOfEigen =
 /// Members of the same name as a function above that compute nothing: `config.log()`.
 constexpr std::string_view kAccessor = "log";
 
-/// What these compute is looked at, and goes no further.
+/// Pages: people look at what is computed there, and it goes no further.
 constexpr std::array<std::string_view, 2> kPages = {"server/admin/", "server/app/admin/"};
 
 constexpr std::string_view kOwn = "shared/core/elementary/";

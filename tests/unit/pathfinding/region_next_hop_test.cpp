@@ -140,7 +140,7 @@ TEST(RegionNextHop, KeepTheTablesOfTheLastGoalsAndAnswerForAll) {
         ASSERT_EQ(copy.prepare(map, goal, {tick, tick - 5}), was_made) << tick;
         ASSERT_EQ(tables(copy), tables(regions)) << tick;
     }
-    // Those that are needed stay, however many.
+    // Tables that are needed stay, however many.
     for (const Cell c : middles) {
         regions.prepare(map, c, {4000, 4000});
     }
