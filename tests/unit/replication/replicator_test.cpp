@@ -383,6 +383,31 @@ TEST(Replicator, ReportsATruthThatExceedsItsDeclaredLimits) {
     EXPECT_GT(exceeded, 0U);
 }
 
+TEST(Replicator, TellsOfASpinThatNoPredictionMayHaveMissed) {
+    ReplicationSettings settings = test_settings();
+    settings.lods = {{1000.0F, 3.2F}, {1000.0F, 3.2F}};  // nothing leaves its bound
+    settings.forced_order = 1;
+    settings.heartbeat_ticks = 1000;
+    Session s(18, settings, {}, 1, 1, 1, 30.0F);
+    const world::Row body = 1;
+    const auto publications = [&] {
+        std::uint32_t sum = 0;
+        for (int tick = 0; tick < 5; ++tick) {
+            s.world.entities.velocity[body].setZero();
+            s.step();
+            sum += s.report.publications;
+        }
+        return sum;
+    };
+    publications();
+    const float most_rps = s.types[kBody].max_spin_jump_rps();
+    s.world.entities.angular_velocity[body] += Vec3(0.0F, 0.9F * most_rps, 0.0F);
+    EXPECT_EQ(publications(), 0U);
+    s.world.entities.angular_velocity[body] += Vec3(0.0F, 0.2F * most_rps, 0.0F);
+    EXPECT_EQ(publications(), 1U);
+    EXPECT_EQ(publications(), 0U);
+}
+
 TEST(Replicator, RepeatsUpdatesOnlyWhereTheNetworkLoses) {
     const auto repeated = [](float loss) {
         NetSettings net;
