@@ -145,7 +145,7 @@ void presses(Run& run) {
             press_one(run, speed, form);
         }
     }
-    for (std::uint64_t k = 0; k < run.pick(2U, 12U); ++k) {
+    for (std::uint64_t k = 0; k < run.pick(1U, 12U); ++k) {
         press_heap(run, 6.0F, run.seed + k);
     }
     for (std::uint64_t k = 0; k < run.pick(2U, 12U); ++k) {
