@@ -4,7 +4,7 @@
 #include "client-sim/library/game_route.h"
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <span>
 #include <string>
 
@@ -62,7 +62,7 @@ class CallerRoute final : public GameRoute, public link::Transport {
     StreamWish wish_ = StreamWish::kNothing;
     bool wanted_ = false;  // the session has opened the stream and not closed it
     bool open_ = false;
-    std::deque<link::Bytes> out_;
+    std::list<link::Bytes> out_;
 };
 
 }  // namespace zoned::library

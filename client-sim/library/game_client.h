@@ -9,7 +9,7 @@
 #include "client-sim/view/player.h"
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -132,7 +132,7 @@ class GameClient final : public view::PlayerListener {
     std::unique_ptr<view::Player> player_;
     GameInput input_;
     std::uint16_t pressed_ = 0;  // since the last command
-    std::deque<wire::EventMessage> events_;
+    std::list<wire::EventMessage> events_;
     std::size_t event_bytes_ = 0;
     std::uint64_t events_dropped_ = 0;
     std::optional<double> begun_s_;  // the caller's clock at the first poll

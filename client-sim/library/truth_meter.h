@@ -4,7 +4,7 @@
 #include "client-sim/library/recent_values.h"
 #include "client-sim/view/player.h"
 
-#include <deque>
+#include <list>
 
 namespace zoned::library {
 
@@ -27,7 +27,7 @@ class TruthMeter {
   private:
     void compare(const view::View& view, const wire::AuditRecordMessage& record);
 
-    std::deque<wire::AuditRecordMessage> waiting_;
+    std::list<wire::AuditRecordMessage> waiting_;
     double next_s_ = 0.0;
     RecentValues displayed_;
     RecentValues own_;

@@ -7,7 +7,7 @@
 #include "client-sim/link/link.h"
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <optional>
 #include <span>
 #include <string>
@@ -227,7 +227,7 @@ class Client {
     std::uint64_t acked_events_ = 0;
     double event_ack_due_s_ = 0.0;
     std::uint64_t next_command_ = 1;
-    std::deque<PendingCommand> unacked_;
+    std::list<PendingCommand> unacked_;
     double last_packet_s_ = 0.0;
     double last_udp_s_ = 0.0;
     UplinkPath path_ = UplinkPath::kUdp;

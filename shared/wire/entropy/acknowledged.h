@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <iterator>
+#include <list>
 #include <memory>
 #include <optional>
 #include <span>
@@ -218,13 +218,15 @@ class KnowledgeDecoder {
         std::span<const FramePointer> not_common;
     };
 
-    explicit KnowledgeDecoder(const Format& format) : format_(format), known_{Knowledge(format)} {}
+    explicit KnowledgeDecoder(const Format& format) : format_(format) {
+        known_.emplace_back(format);
+    }
 
     /// The knowledge that packet `number` was coded with. None, with the reason, where that is not
     /// known (any more). Nothing changes before keep(): the packet's head may be false.
     KnownState knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
         fresh_.reset();
-        derived_.reset();
+        derived_.clear();
         derived_from_.clear();
         if (head.gap >= number) {
             why = "refers to a packet before the first";
@@ -256,22 +258,18 @@ class KnowledgeDecoder {
         if (fresh_) {
             epoch_ = fresh_->epoch;
             received_.clear();
-            known_.assign(1, std::move(fresh_->knowledge));
+            known_.clear();
+            known_.push_back(std::move(fresh_->knowledge));
             common_ = Common();
             fresh_.reset();
         }
-        if (derived_) {
+        if (!derived_.empty()) {
             keep_derived();
         }
         newest_ = std::max(newest_, frame->number);
-        const auto at = std::upper_bound(
-            received_.begin(),
-            received_.end(),
-            frame->number,
-            [](PacketNumber n, const FramePointer& other) { return n < other->number; });
-        received_.insert(at, std::move(frame));
+        received_.insert(place_of(frame->number), std::move(frame));
         if (received_.size() > kReceived) {
-            received_.pop_front();
+            received_.erase(received_.begin());
         }
     }
 
@@ -289,10 +287,14 @@ class KnowledgeDecoder {
     /// Number of states of knowledge by which packets may overtake each other.
     static constexpr std::size_t kReordered = 16;
 
+    /// Of the first frame received that has this number or a later one.
+    [[nodiscard]] auto place_of(PacketNumber number) const {
+        return std::ranges::lower_bound(received_, number, {}, &Frame::number);
+    }
+
     [[nodiscard]] bool received(PacketNumber number) const {
-        return std::any_of(received_.begin(), received_.end(), [number](const FramePointer& f) {
-            return f->number == number;
-        });
+        const auto at = place_of(number);
+        return at != received_.end() && (*at)->number == number;
     }
 
     /// Brings an earlier state of knowledge up to `newest`; null where a packet that the encoder
@@ -328,14 +330,14 @@ class KnowledgeDecoder {
         if (oldest) {
             return nullptr;
         }
-        derived_ = before;
+        Knowledge& derived = derived_.emplace_back(before);
         for (const FramePointer& frame : received_) {
             if (wanted(frame->number)) {
-                derived_->learning(frame);
+                derived.learning(frame);
                 derived_from_.push_back(frame);
             }
         }
-        return &*derived_;
+        return &derived;
     }
 
     void keep_derived() {
@@ -344,11 +346,10 @@ class KnowledgeDecoder {
         }
         auto at = known_.end();
         while (at != known_.begin() &&
-               std::prev(at)->learned().newest() > derived_->learned().newest()) {
+               std::prev(at)->learned().newest() > derived_.front().learned().newest()) {
             --at;
         }
-        known_.insert(at, std::move(*derived_));
-        derived_.reset();
+        known_.splice(at, derived_);
         derived_from_.clear();
         if (known_.size() > kReordered) {
             known_.pop_front();
@@ -360,12 +361,12 @@ class KnowledgeDecoder {
     std::uint8_t epoch_ = 0;
     PacketNumber newest_ = 0;  // received
     std::optional<Fresh> fresh_;
-    std::optional<Knowledge> derived_;  // the state for the packet being decoded ...
+    std::list<Knowledge> derived_;  // none or one: the state for the packet being decoded ...
     std::vector<FramePointer>
-        derived_from_;                   // ... and its frames that no earlier state has learned
-    std::deque<FramePointer> received_;  // ascending
-    std::deque<Knowledge> known_;        // ascending by newest learned
-    Common common_;                      // of these
+        derived_from_;                    // ... and its frames that no earlier state has learned
+    std::vector<FramePointer> received_;  // ascending
+    std::list<Knowledge> known_;          // ascending by newest learned
+    Common common_;                       // of these
 };
 
 }  // namespace zoned::wire::entropy
