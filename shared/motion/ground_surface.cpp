@@ -139,7 +139,7 @@ void Surface::index_mesh() {
     visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
 }
 
-Surface::CellRange Surface::cells_over(const Aabb& area) const {
+CellRange Surface::cells_over(const Aabb& area) const {
     // Clamped before the conversion, which is undefined for what an int cannot hold.
     const auto cell_of = [](float offset, float size, int cells) {
         return static_cast<int>(std::clamp(offset / size, 0.0F, static_cast<float>(cells - 1)));

@@ -33,6 +33,11 @@ struct TriangleList {
     std::span<const std::array<std::uint32_t, 3>> corners;
 };
 
+/// Cells of a grid over x and z.
+struct CellRange {
+    int x0, x1, z0, z1;  ///< last ones included
+};
+
 /// Solid behind its triangles, a height grid below them. Refers to tables that `owner` keeps, so
 /// that physics and movement, and all zones, share one copy. Immutable.
 class Surface {
@@ -61,10 +66,6 @@ class Surface {
     [[nodiscard]] bool behind(const Vec3& p) const;
 
   private:
-    struct CellRange {
-        int x0, x1, z0, z1;  ///< last ones included
-    };
-
     [[nodiscard]] CellRange cells_over(const Aabb& area) const;
     [[nodiscard]] FacedTriangle grid_triangle(int i, int k, int half) const;
     [[nodiscard]] FacedTriangle mesh_triangle(std::uint32_t index) const;

@@ -167,17 +167,16 @@ void StaticGeometry::index_cells() {
     }
     origin_x_ = lower.x();
     origin_z_ = lower.z();
-    cells_x_ = cell_of(upper.x(), origin_x_, kMaxCells) + 1;
-    cells_z_ = cell_of(upper.z(), origin_z_, kMaxCells) + 1;
+    cells_x_ = cells_z_ = kMaxCells;  // until they are counted
+    const CellRange all = cells_over({lower, upper});
+    cells_x_ = all.x1 + 1;
+    cells_z_ = all.z1 + 1;
 
     const auto visit_cells = [&](auto&& visit) {
         for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
-            for (int z = cell_of(bounds_[i].lower.z(), origin_z_, cells_z_);
-                 z <= cell_of(bounds_[i].upper.z(), origin_z_, cells_z_);
-                 ++z) {
-                for (int x = cell_of(bounds_[i].lower.x(), origin_x_, cells_x_);
-                     x <= cell_of(bounds_[i].upper.x(), origin_x_, cells_x_);
-                     ++x) {
+            const CellRange over = cells_over(bounds_[i]);
+            for (int z = over.z0; z <= over.z1; ++z) {
+                for (int x = over.x0; x <= over.x1; ++x) {
                     visit(static_cast<std::size_t>(z * cells_x_ + x), i);
                 }
             }
@@ -220,10 +219,34 @@ float StaticGeometry::floor_at(float x, float z) const {
     return floor;
 }
 
-int StaticGeometry::cell_of(float coordinate, float origin, int cells) const {
+CellRange StaticGeometry::cells_over(const Aabb& area) const {
     // Clamped before the conversion, which is undefined for what an int cannot hold.
-    const float cell = (coordinate - origin) / cell_m_;
-    return cell > 0.0F ? static_cast<int>(std::min(cell, static_cast<float>(cells - 1))) : 0;
+    const auto cell_of = [this](float offset, int cells) {
+        const float cell = offset / cell_m_;
+        return cell > 0.0F ? static_cast<int>(std::min(cell, static_cast<float>(cells - 1))) : 0;
+    };
+    return {cell_of(area.lower.x() - origin_x_, cells_x_),
+            cell_of(area.upper.x() - origin_x_, cells_x_),
+            cell_of(area.lower.z() - origin_z_, cells_z_),
+            cell_of(area.upper.z() - origin_z_, cells_z_)};
+}
+
+std::uint32_t StaticGeometry::next_in(const CellRange& cells,
+                                      std::uint32_t first,
+                                      std::uint32_t end) const {
+    // Merges the few sorted lists: no memory, ascending, no doubles.
+    std::uint32_t best = end;
+    for (int z = cells.z0; z <= cells.z1; ++z) {
+        for (int x = cells.x0; x <= cells.x1; ++x) {
+            const auto cell = static_cast<std::size_t>(z * cells_x_ + x);
+            const auto stop = cell_items_.begin() + cell_start_[cell + 1];
+            const auto it = std::lower_bound(cell_items_.begin() + cell_start_[cell], stop, first);
+            if (it != stop && *it < best) {
+                best = *it;
+            }
+        }
+    }
+    return best;
 }
 
 }  // namespace zoned::motion

@@ -163,7 +163,12 @@ class StaticGeometry {
     /// Calls `visit(index)` for the boxes from `first` to `end` whose bounds overlap `area`.
     template <class Visit>
     void visit_near(const Aabb& area, std::uint32_t first, std::uint32_t end, Visit&& visit) const;
-    [[nodiscard]] int cell_of(float coordinate, float origin, int cells) const;
+    /// The cells that `area` touches, or the nearest ones.
+    [[nodiscard]] CellRange cells_over(const Aabb& area) const;
+    /// The smallest index from `first` on in the lists of these cells; `end`: none below it.
+    [[nodiscard]] std::uint32_t next_in(const CellRange& cells,
+                                        std::uint32_t first,
+                                        std::uint32_t end) const;
 
     [[nodiscard]] bool open_at(std::uint32_t door, Tick tick) const;
 

@@ -1,8 +1,6 @@
 // The template part of StaticGeometry; included by static_geometry.h only.
 #pragma once
 
-#include <algorithm>
-
 namespace zoned::motion {
 
 template <class Visit>
@@ -44,33 +42,12 @@ void StaticGeometry::visit_near(const Aabb& area,
     if (first == end) {
         return;
     }
-    const int x0 = cell_of(area.lower.x(), origin_x_, cells_x_);
-    const int x1 = cell_of(area.upper.x(), origin_x_, cells_x_);
-    const int z0 = cell_of(area.lower.z(), origin_z_, cells_z_);
-    const int z1 = cell_of(area.upper.z(), origin_z_, cells_z_);
-    // Merge the few sorted cell lists by repeatedly taking the smallest index: no memory,
-    // ascending, no doubles.
-    std::uint32_t next = first;
-    for (;;) {
-        std::uint32_t best = end;
-        for (int z = z0; z <= z1; ++z) {
-            for (int x = x0; x <= x1; ++x) {
-                const std::size_t cell = static_cast<std::size_t>(z * cells_x_ + x);
-                const auto begin = cell_items_.begin() + cell_start_[cell];
-                const auto stop = cell_items_.begin() + cell_start_[cell + 1];
-                const auto it = std::lower_bound(begin, stop, next);
-                if (it != stop && *it < best) {
-                    best = *it;
-                }
-            }
+    const CellRange over = cells_over(area);
+    for (std::uint32_t index = next_in(over, first, end); index != end;
+         index = next_in(over, index + 1, end)) {
+        if (bounds_[index].overlaps(area)) {
+            visit(index);
         }
-        if (best == end) {
-            return;
-        }
-        if (bounds_[best].overlaps(area)) {
-            visit(best);
-        }
-        next = best + 1;
     }
 }
 
