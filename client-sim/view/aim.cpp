@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <utility>
+#include <map>
 
 namespace zoned::view {
 
@@ -93,7 +94,7 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
     result.tick = view.displayed_tick();
     result.fraction = view.displayed_fraction();
     const double reach = std::min(range_m, to_the_ground(view, eye, direction));
-    std::vector<std::pair<double, AimSight>> near;
+    std::multimap<double, AimSight> near;  // by distance from the ray, those alike by id
     for (const auto& [id, entity] : view.store().entities()) {
         if (!entity.typed || !entity.present() || id == view.own().id() ||
             !view.world().types[entity.type].character) {
@@ -111,7 +112,10 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
         const auto half = static_cast<double>(body.half_segment);
         const double off = gap(eye, direction, shown->position, radius, half);
         if (off < kNearRayM) {
-            near.emplace_back(off, AimSight{id, shown->position, publication});
+            near.emplace(off, AimSight{id, shown->position, publication});
+            if (near.size() > kMostSights) {
+                near.erase(std::prev(near.end()));
+            }
         }
         const double t = ray_capsule(eye, direction, shown->position, radius, half);
         if (t >= 0.0 && t <= reach && (!result.hit || t < result.distance)) {
@@ -119,9 +123,6 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
             result.distance = t;
         }
     }
-    std::stable_sort(
-        near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    near.resize(std::min(near.size(), kMostSights));
     for (const auto& [off, sight] : near) {
         result.near.push_back(sight);
     }
