@@ -222,27 +222,21 @@ struct MessageDecoder {
     int deepest = 0;
     bool taken = false;
 
-    template <class Message>
-    void message(Message& nested) {
-        taken = true;
-        if (!decode(in.delimited(), nested, deepest - 1)) {
-            in.fail();
-        }
-    }
+    /// A message whose type only its fields() knows, so that all types share one loop.
+    struct AnyMessage {
+        void* message;
+        void (*fields)(void* message, MessageDecoder& one);
+
+        template <class Message>
+        explicit AnyMessage(Message& of)
+            : message(&of),
+              fields([](void* it, MessageDecoder& one) {
+                  Message::fields(*static_cast<Message*>(it), one);
+              }) {}
+    };
 
     /// Reads all fields of a message from its bytes.
-    template <class Message>
-    static bool decode(std::span<const std::uint8_t> bytes, Message& message, int deepest) {
-        MessageReader reader(bytes);
-        while (deepest >= 0 && !reader.done()) {
-            MessageDecoder one{reader, reader.tag(), deepest};
-            Message::fields(message, one);
-            if (!one.taken && reader.ok()) {
-                reader.skip(one.tag, deepest);
-            }
-        }
-        return deepest >= 0 && reader.ok();
-    }
+    static bool decode(std::span<const std::uint8_t> bytes, AnyMessage message, int deepest);
 
     template <class Code, MessageNumber Number>
     void coded(Number& value) {
@@ -299,30 +293,22 @@ struct MessageDecoder {
     }
 
     void operator()(std::uint32_t number, std::vector<std::string>& texts) {
-        if (delimited(number)) {
-            if (texts.size() >= kMostElements) {
-                in.fail();
-                return;
-            }
+        if (delimited(number) && has_room(texts.size())) {
             (*this)(number, texts.emplace_back());
         }
     }
 
     template <class Message>
     void operator()(std::uint32_t number, std::vector<Message>& messages) {
-        if (delimited(number)) {
-            if (messages.size() >= kMostElements) {
-                in.fail();
-                return;
-            }
-            message(messages.emplace_back());
+        if (delimited(number) && has_room(messages.size())) {
+            nested(AnyMessage(messages.emplace_back()));
         }
     }
 
     template <class Message>
     void operator()(std::uint32_t number, std::optional<Message>& maybe) {
         if (delimited(number)) {
-            message(maybe ? *maybe : maybe.emplace());
+            nested(AnyMessage(maybe ? *maybe : maybe.emplace()));
         }
     }
 
@@ -336,6 +322,10 @@ struct MessageDecoder {
         return number == tag.number && tag.type == WireType::kDelimited;
     }
 
+    /// For one element more; fails where a field has too many.
+    [[nodiscard]] bool has_room(std::size_t elements);
+    void nested(AnyMessage message);
+
     template <class Variant, std::size_t... kPlace>
     void alternatives(Variant& field, std::index_sequence<kPlace...> /*places*/) {
         (alternative<kPlace + 1>(field), ...);
@@ -344,8 +334,8 @@ struct MessageDecoder {
     template <std::size_t kNumber, class Variant>
     void alternative(Variant& field) {
         if (delimited(kNumber)) {
-            message(field.index() == kNumber ? std::get<kNumber>(field)
-                                             : field.template emplace<kNumber>());
+            nested(AnyMessage(field.index() == kNumber ? std::get<kNumber>(field)
+                                                       : field.template emplace<kNumber>()));
         }
     }
 };
@@ -360,7 +350,8 @@ void encode_message(const Message& message, std::vector<std::uint8_t>& out) {
 template <class Message>
 bool decode_message(std::span<const std::uint8_t> bytes, Message& message) {
     message = {};
-    return MessageDecoder::decode(bytes, message, MessageReader::kDeepest);
+    return MessageDecoder::decode(
+        bytes, MessageDecoder::AnyMessage(message), MessageReader::kDeepest);
 }
 
 }  // namespace zoned::wire
