@@ -8,7 +8,7 @@ bool EventInbox::known_id(std::uint64_t event_id) {
     if (event_id == 0) {
         return false;
     }
-    if (std::find(recent_ids_.begin(), recent_ids_.end(), event_id) != recent_ids_.end()) {
+    if (std::ranges::find(recent_ids_, event_id) != recent_ids_.end()) {
         return true;
     }
     if (recent_ids_.size() < kRecent) {

@@ -12,9 +12,8 @@ constexpr float kFarthest_m = 1e6F;
 constexpr float kFastest_mps = 1e5F;
 
 bool is_within(const std::vector<float>& numbers, float limit) {
-    return numbers.size() == 3 && std::all_of(numbers.begin(), numbers.end(), [limit](float n) {
-               return std::abs(n) <= limit;
-           });
+    return numbers.size() == 3 &&
+           std::ranges::all_of(numbers, [limit](float n) { return std::abs(n) <= limit; });
 }
 
 }  // namespace

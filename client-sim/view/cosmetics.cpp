@@ -17,7 +17,7 @@ using Numbers = std::vector<float>;
 
 bool is_vector(const Numbers& numbers) {
     return numbers.size() == 3 &&
-           std::all_of(numbers.begin(), numbers.end(), [](float n) { return std::abs(n) <= 1e6F; });
+           std::ranges::all_of(numbers, [](float n) { return std::abs(n) <= 1e6F; });
 }
 
 Vec3 vector_of(const Numbers& numbers) {

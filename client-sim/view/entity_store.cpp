@@ -192,8 +192,8 @@ ApplyOutcome EntityStore::keep_late(Entity& entity,
         return v.publication_tick == record.publication_tick && v.zone == record.zone &&
                v.lod == record.head.lod;
     };
-    const bool known = std::any_of(entity.versions.begin(), entity.versions.end(), same) ||
-                       std::any_of(entity.late.begin(), entity.late.end(), same);
+    const bool known =
+        std::ranges::any_of(entity.versions, same) || std::ranges::any_of(entity.late, same);
     if (!settings_.past || known || !newest.present || newest.zone != record.zone ||
         newest.lod != record.head.lod ||
         record.publication_tick < record.view_tick - kHistoryTicks) {

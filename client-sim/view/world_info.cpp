@@ -211,8 +211,7 @@ std::vector<motion::StaticSurface> surfaces_around(
 template <class Number>
 bool sensible_numbers(const std::vector<Number>& numbers) {
     return numbers.size() <= kMaxSurfaceNumbers &&
-           std::all_of(
-               numbers.begin(), numbers.end(), [](Number n) { return std::abs(n) <= Number{1e6}; });
+           std::ranges::all_of(numbers, [](Number n) { return std::abs(n) <= Number{1e6}; });
 }
 
 bool sensible(const wire::StaticSurfaceMessage& s) {
@@ -235,8 +234,7 @@ bool sensible(const wire::StaticSurfaceMessage& s) {
     const std::size_t vertices = t.vertex.size() / 3;
     return (t.vertex.size() % 3 == 0 && t.corner.size() % 3 == 0 && t.corner.size() > 0 &&
             sensible_numbers(t.vertex) &&
-            std::all_of(
-                t.corner.begin(), t.corner.end(), [&](std::uint32_t c) { return c < vertices; }));
+            std::ranges::all_of(t.corner, [&](std::uint32_t c) { return c < vertices; }));
 }
 
 bool sensible(const wire::StaticBoxMessage& b) {
@@ -288,7 +286,7 @@ bool sensible(const wire::SharedVariableMessage& v) {
         return std::isfinite(x) && std::abs(x) < 1e12;
     };
     return !v.phases.empty() && v.phases.size() <= kMaxSharedVariables && v.blend_s >= 0.0 &&
-           v.blend_s < 1e6 && std::all_of(v.phases.begin(), v.phases.end(), [&](const auto& p) {
+           v.blend_s < 1e6 && std::ranges::all_of(v.phases, [&](const auto& p) {
                return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
                       p.max_s >= p.min_s && p.max_s < 1e9;
            });
@@ -305,8 +303,7 @@ std::string wrong_with_environment(const wire::WorldDescriptionMessage& d) {
         }
     }
     const auto& variables = d.shared_variables;
-    return std::all_of(
-               variables.begin(), variables.end(), [](const auto& v) { return sensible(v); })
+    return std::ranges::all_of(variables, [](const auto& v) { return sensible(v); })
                ? ""
                : "malformed shared variable";
 }
@@ -410,9 +407,8 @@ std::string wrong_with(const wire::WorldDescriptionMessage& d) {
 }  // namespace
 
 bool WorldInfo::has_moved_parts() const {
-    return std::any_of(
-               doors.begin(), doors.end(), [](const auto& door) { return door.by_rules; }) ||
-           std::any_of(platforms.begin(), platforms.end(), [](const PlatformInfo& platform) {
+    return std::ranges::any_of(doors, [](const auto& door) { return door.by_rules; }) ||
+           std::ranges::any_of(platforms, [](const PlatformInfo& platform) {
                return platform.path.by_rules.has_value();
            });
 }

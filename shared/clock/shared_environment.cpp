@@ -188,7 +188,7 @@ std::optional<double> SharedEnvironment::at(std::string_view name, Tick tick) co
 }
 
 std::optional<std::size_t> SharedEnvironment::find_clock(std::string_view name) const {
-    const auto it = std::find(clock_names_.begin(), clock_names_.end(), name);
+    const auto it = std::ranges::find(clock_names_, name);
     return it == clock_names_.end()
                ? std::nullopt
                : std::optional(static_cast<std::size_t>(it - clock_names_.begin()));

@@ -116,7 +116,7 @@ DeclaredField choice_field(std::string name,
     field.name = std::move(name);
     field.kind = DeclaredKind::kEnum;
     field.values = std::move(values);
-    const auto at = std::find(field.values.begin(), field.values.end(), initial);
+    const auto at = std::ranges::find(field.values, initial);
     field.initial[0] = static_cast<std::uint32_t>(at - field.values.begin());
     return field;
 }
@@ -195,9 +195,8 @@ FieldOutcome put_value(const DeclaredField& field,
                                      : FieldOutcome::kRefused;
         }
         case DeclaredKind::kEnum: {
-            const auto at = text != nullptr
-                                ? std::find(field.values.begin(), field.values.end(), *text)
-                                : field.values.end();
+            const auto at =
+                text != nullptr ? std::ranges::find(field.values, *text) : field.values.end();
             if (at == field.values.end()) {
                 return FieldOutcome::kRefused;
             }

@@ -34,8 +34,7 @@ bool RecordBaselines::is_sound() const {
     const auto there = [this](Slot slot) {
         return slot < versions_.size();
     };
-    bool sound =
-        std::all_of(free_.begin(), free_.end(), there) && (superseding_.empty() || !ticks_.empty());
+    bool sound = std::ranges::all_of(free_, there) && (superseding_.empty() || !ticks_.empty());
     for (const BaselineVersion& version : versions_) {
         sound = sound && is_known(version.record);
     }
@@ -184,9 +183,8 @@ void RecordBaselines::forget_ticks(entropy::PacketNumber oldest) {
 
 void RecordBaselines::forget_before(entropy::PacketNumber oldest) {
     forget_ticks(oldest);
-    const auto kept = std::find_if(superseding_.begin(),
-                                   superseding_.end(),
-                                   [&](const Superseding& s) { return s.number > oldest; });
+    const auto kept =
+        std::ranges::find_if(superseding_, [&](const Superseding& s) { return s.number > oldest; });
     for (auto s = superseding_.begin(); s != kept; ++s) {
         forget(s->entity, oldest);
     }
@@ -268,7 +266,7 @@ void KnownBaselines::moving(ZoneId zone,
 // ---------------------------------------------------------------- models
 
 bool is_sound(const RecordFrame& frame) {
-    bool sound = std::all_of(frame.records.begin(), frame.records.end(), is_known);
+    bool sound = std::ranges::all_of(frame.records, is_known);
     for (const RecordModelUpdate& lesson : frame.model_updates) {
         const std::size_t symbols_of_it = lesson.model >= RecordModels::kFirstBit ? 2 : 16;
         sound = sound && lesson.model < RecordModels::kFirstBit + RecordModels::kBits &&

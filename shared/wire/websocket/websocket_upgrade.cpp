@@ -75,22 +75,20 @@ struct Message {
     }
 
     [[nodiscard]] bool has(std::string_view name) const {
-        return std::any_of(headers.begin(), headers.end(), [&](const Header& header) {
-            return same_word(header.name, name);
-        });
+        return std::ranges::any_of(
+            headers, [&](const Header& header) { return same_word(header.name, name); });
     }
 };
 
 bool is_token(std::string_view text) {
-    return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return !text.empty() && std::ranges::all_of(text, [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
                c == '-' || c == '_';
     });
 }
 
 bool is_printable(std::string_view text) {
-    return std::all_of(
-        text.begin(), text.end(), [](char c) { return c == '\t' || (c >= ' ' && c <= '~'); });
+    return std::ranges::all_of(text, [](char c) { return c == '\t' || (c >= ' ' && c <= '~'); });
 }
 
 std::optional<Message> split(std::string_view text) {
