@@ -130,6 +130,41 @@ StaticGeometry StaticGeometry::without_platforms() const {
     return out;
 }
 
+StaticGeometry StaticGeometry::around(const Aabb& area) const {
+    std::vector<StaticBox> boxes;
+    std::vector<Aabb> bounds;
+    std::vector<Mat3> axes;
+    std::vector<std::uint32_t> numbers;
+    for_each_near(area, [&](std::uint32_t box) {
+        numbers.push_back(static_cast<std::uint32_t>(boxes.size()));
+        boxes.push_back(boxes_[box]);
+        bounds.push_back(bounds_[box]);
+        axes.push_back(axes_[box]);
+    });
+    std::vector<PlacedSurface> surfaces;
+    for (const PlacedSurface& surface : surfaces_) {
+        if (surface.bounds().overlaps(area)) {
+            surfaces.push_back(surface);
+        }
+    }
+    StaticGeometry out;
+    out.ground_height_ = ground_height_;
+    out.surfaces_ = core::SharedColumn(std::move(surfaces));
+    if (boxes.empty()) {
+        return out;
+    }
+    // All of it is one cell.
+    out.fixed_ = boxes.size();
+    out.cell_start_ =
+        core::SharedColumn(std::vector<std::uint32_t>{0, static_cast<std::uint32_t>(boxes.size())});
+    out.cell_items_ = core::SharedColumn(std::move(numbers));
+    out.cells_x_ = out.cells_z_ = 1;
+    out.boxes_ = core::SharedColumn(std::move(boxes));
+    out.bounds_ = core::SharedColumn(std::move(bounds));
+    out.axes_ = core::SharedColumn(std::move(axes));
+    return out;
+}
+
 void StaticGeometry::index_boxes() {
     std::vector<Mat3> axes;
     std::vector<Aabb> bounds;

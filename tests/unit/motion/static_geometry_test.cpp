@@ -47,6 +47,27 @@ TEST(StaticGeometry, VisitsExactlyTheBoxesWhoseBoundsOverlapOnceAndInOrder) {
     }
 }
 
+TEST(StaticGeometry, AroundAPlaceHasTheBoxesThatAreThere) {
+    core::Rng rng(2);
+    const StaticGeometry world(random_boxes(rng, 200, 100.0F), -0.5F);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 a(rng.range(-60, 60), -10.0F, rng.range(-60, 60));
+        const Aabb area{a, a + Vec3(rng.range(0, 40), 20.0F, rng.range(0, 40))};
+        const StaticGeometry part = world.around(area);
+        EXPECT_EQ(part.ground_height(), world.ground_height());
+        std::vector<Vec3> expected;
+        world.for_each_near(area,
+                            [&](std::uint32_t b) { expected.push_back(world.box(b).centre); });
+        std::vector<Vec3> got;
+        part.for_each_near(area, [&](std::uint32_t b) {
+            got.push_back(part.box(b).centre);
+            EXPECT_TRUE(part.box_bounds(b).overlaps(area));
+        });
+        ASSERT_EQ(got, expected);
+        EXPECT_EQ(part.boxes().size(), expected.size());
+    }
+}
+
 TEST(StaticGeometry, BoundsHoldEveryCorner) {
     core::Rng rng(2);
     const StaticGeometry world(random_boxes(rng, 100, 10.0F), 0.0F);
