@@ -6,8 +6,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 namespace zoned::ai::pathfinding {
 
@@ -86,6 +88,36 @@ TEST(NearestPassable, IsTheNearestOfAll) {
     }
     Cell found;
     EXPECT_FALSE(nearest_passable(GridMap(40, 40), grid, {0.0F, 0.0F}, 60, found));
+}
+
+/// Set at once, a map equals one that is set cell by cell, however it lies in words of bits.
+TEST(GridMap, IsTheSameSetAtOnceAndCellByCell) {
+    core::Rng rng(4);
+    for (const auto& [width, height] :
+         {std::pair(1, 1), {62, 63}, {63, 62}, {64, 130}, {200, 65}}) {
+        GridMap one_by_one(width, height);
+        for (std::uint16_t y = 0; y < height; ++y) {
+            for (std::uint16_t x = 0; x < width; ++x) {
+                one_by_one.set_passable({x, y}, rng.below(4) != 0);
+            }
+        }
+        GridMap at_once(width, height);
+        at_once.set_all(one_by_one.row_bits());
+        EXPECT_EQ(at_once.passable_cells(), one_by_one.passable_cells());
+        EXPECT_TRUE(std::ranges::equal(at_once.row_bits(), one_by_one.row_bits()));
+        EXPECT_TRUE(std::ranges::equal(at_once.column_bits(), one_by_one.column_bits()))
+            << width << " x " << height;
+        for (int i = 0; i < 200; ++i) {
+            const Cell first{static_cast<std::uint16_t>(rng.below(width)),
+                             static_cast<std::uint16_t>(rng.below(height))};
+            const int cells = 1 + static_cast<int>(rng.below(std::min(width - first.x, 70)));
+            bool all = true;
+            for (int x = first.x; x < first.x + cells; ++x) {
+                all = all && at_once.passable(Cell{static_cast<std::uint16_t>(x), first.y});
+            }
+            ASSERT_EQ(at_once.all_passable(first, cells), all);
+        }
+    }
 }
 
 TEST(BakeGround, IsOpenWhereNothingStands) {

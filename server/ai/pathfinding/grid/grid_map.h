@@ -62,8 +62,15 @@ class GridMap {
     /// False off the map.
     [[nodiscard]] bool passable(Cell c) const { return contains(c) && passable(place(c)); }
 
+    /// True if so many cells of a row are passable, from `first` on. All must be on the map.
+    [[nodiscard]] bool all_passable(Cell first, int cells) const;
+
     /// `c` must be on the map.
     void set_passable(Cell c, bool passable);
+
+    /// Sets all cells at once. Bit place(c) says whether c is passable; all others are 0. As many
+    /// words as row_bits() has.
+    void set_all(std::span<const std::uint64_t> row_bits);
 
     /// Bit p is set where place p is passable; rows begin at whole words.
     [[nodiscard]] std::span<const std::uint64_t> row_bits() const { return by_row_; }
