@@ -135,12 +135,19 @@ FlowField::Window RegionNextHop::window_of(const GridMap& map, std::uint32_t squ
 
 void RegionNextHop::find_regions(const GridMap& map, std::uint32_t square) {
     const FlowField::Window w = window_of(map, square);
+    const bool open = is_open(map, w);
     for (int y = w.top; y <= w.bottom; ++y) {
         const Place row = map.place(area_cell(w.left, y));
-        std::fill_n(label_.begin() + row, w.right - w.left + 1, std::uint16_t{0});
+        std::fill_n(
+            label_.begin() + row, w.right - w.left + 1, open ? std::uint16_t{1} : std::uint16_t{0});
     }
+    squares_[square].open = open;
     std::vector<RegionBox>& boxes = squares_[square].boxes;
     boxes.clear();
+    if (open) {
+        boxes.push_back(box_of(w));
+        return;
+    }
     for (int y = w.top; y <= w.bottom; ++y) {
         for (int x = w.left; x <= w.right; ++x) {
             const Cell c = area_cell(x, y);
@@ -150,6 +157,25 @@ void RegionNextHop::find_regions(const GridMap& map, std::uint32_t square) {
             }
         }
     }
+}
+
+bool RegionNextHop::is_open(const GridMap& map, const FlowField::Window& w) {
+    for (int y = w.top; y <= w.bottom; ++y) {
+        if (!map.all_passable(area_cell(w.left, y), w.right - w.left + 1)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// All of a window, as fill_region() finds it.
+RegionNextHop::RegionBox RegionNextHop::box_of(const FlowField::Window& w) {
+    return {static_cast<std::uint16_t>(w.left),
+            static_cast<std::uint16_t>(w.top),
+            static_cast<std::uint16_t>(w.right - w.left + 1),
+            static_cast<std::uint16_t>(w.bottom - w.top + 1),
+            area_cell((w.left + w.right) / 2, (w.top + w.bottom) / 2),
+            true};
 }
 
 RegionNextHop::RegionBox RegionNextHop::fill_region(const GridMap& map,
@@ -239,6 +265,11 @@ void RegionNextHop::add_exits(const GridMap& map,
                               std::uint32_t square,
                               std::uint16_t region,
                               Hop side) {
+    const std::uint32_t other_square = beside(square, side);
+    if (squares_[square].open && squares_[other_square].open && other_square != square) {
+        add_exit(map, square, {0, 0, other_square, 0, true, 0}, side);
+        return;
+    }
     const FlowField::Window w = window_of(map, square);
     const bool upright = side < 2;
     const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
@@ -262,7 +293,9 @@ void RegionNextHop::add_exits(const GridMap& map,
             crossings_.push_back(touched_[i].cell);
         }
         const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
-        add_exit(map, square, {region, other, beyond, 0, false, 0}, side);
+        const RegionBox& box = squares_[square].boxes[region];
+        const bool open = box.whole && crossings_.size() == (upright ? box.height : box.width);
+        add_exit(map, square, {region, other, beyond, 0, open, 0}, side);
     }
 }
 
@@ -274,9 +307,7 @@ void RegionNextHop::add_exit(const GridMap& map,
     const RegionBox& box = s.boxes[exit.region];
     s.exits.push_back(exit);
     Exit& added = s.exits.back();
-    const std::size_t line = across < 2 ? box.height : box.width;
     units_ += kExitCellUnits * static_cast<std::uint64_t>(box.width * box.height);
-    added.open = box.whole && crossings_.size() == line;
     if (added.open) {
         added.first = open_exit(map, box, across);
     } else {
@@ -295,6 +326,16 @@ std::uint32_t RegionNextHop::open_exit(const GridMap& map, const RegionBox& box,
     }
     const auto first = static_cast<std::uint32_t>(open_steps_.size());
     open_exits_.push_back({box.width, box.height, across, first});
+    const bool upright = across < 2;
+    const int line = across == 0   ? box.left + box.width - 1
+                     : across == 1 ? box.left
+                     : across == 2 ? box.top + box.height - 1
+                                   : box.top;
+    crossings_.clear();
+    for (int i = 0; i < (upright ? box.height : box.width); ++i) {
+        crossings_.push_back(upright ? area_cell(line, box.top + i)
+                                     : area_cell(box.left + i, line));
+    }
     append_steps(map,
                  box,
                  static_cast<std::uint16_t>(label_[map.place(box.middle)] - 1),

@@ -187,6 +187,7 @@ class RegionNextHop {
         std::vector<Exit> exits;                // ascending by region
         std::vector<std::uint32_t> first_exit;  // by region, and one more
         std::vector<Step> steps;
+        bool open = false;  // all of it is passable
     };
 
     /// From a region to an adjacent one.
@@ -222,6 +223,9 @@ class RegionNextHop {
     [[nodiscard]] FlowField::Window window_of(const GridMap& map, std::uint32_t square) const;
     void note_square(std::uint32_t square, std::uint32_t sides);
     void find_regions(const GridMap& map, std::uint32_t square);
+    /// True if all cells of a window are passable.
+    static bool is_open(const GridMap& map, const FlowField::Window& w);
+    static RegionBox box_of(const FlowField::Window& w);
     RegionBox fill_region(const GridMap& map,
                           const FlowField::Window& w,
                           Cell first,
