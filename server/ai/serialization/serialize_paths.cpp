@@ -22,7 +22,7 @@ using pathfinding::SavedTable;
 using pathfinding::SavedTurn;
 using pathfinding::Spot;
 
-constexpr std::uint32_t kPathVersion = 4;
+constexpr std::uint32_t kPathVersion = 5;
 
 void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
@@ -218,6 +218,8 @@ void write_map(const SavedPaths& map, FieldWriter& write) {
     write(map.tick);
     write(map.typical_work);
     write(map.cheap_work);
+    write(map.index_given);
+    write(map.searched_work);
     write_crowd(map.crowd, write);
 }
 
@@ -243,6 +245,8 @@ void read_map(SavedPaths& map, FieldReader& read) {
     read(map.tick);
     read(map.typical_work);
     read(map.cheap_work);
+    read(map.index_given);
+    read(map.searched_work);
     read_crowd(map.crowd, read);
 }
 

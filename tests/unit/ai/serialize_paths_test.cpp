@@ -235,7 +235,7 @@ TEST_P(BadPaths, AreRefusedWhereverTheyEnd) {
     bytes.push_back(0);
     EXPECT_EQ(read(paths), "1 bytes are left over");
     bytes[0] = 9;
-    EXPECT_EQ(read(paths), "version 9 of paths, not 4");
+    EXPECT_EQ(read(paths), "version 9 of paths, not 5");
 }
 
 TEST_P(BadPaths, NeverBreakAnythingWhateverBytesSay) {

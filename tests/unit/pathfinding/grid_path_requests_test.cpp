@@ -1,6 +1,7 @@
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
 
 #include "server/ai/pathfinding/grid/line_of_sight.h"
+#include "server/ai/pathfinding/grid/work_units.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "shared/core/rng.h"
@@ -137,6 +138,83 @@ double total_length(GridPathRequests& service) {
         service.release(ticket);
     }
     return sum;
+}
+
+/// Asks for one path between any two places, and serves.
+PathResult ask_any(GridPathRequests& service, core::Rng& rng) {
+    const Spot from = any_free_spot(service, rng);
+    const PathRequestId ticket = service.ask({0, from, any_free_spot(service, rng)});
+    service.serve();
+    return service.answer(ticket);
+}
+
+/// Searches without an index pay for it: it is not there before, and soon after.
+TEST(GridPathIndex, IsMadeOnceSearchesHaveCostAsMuch) {
+    core::Rng rng(8);
+    const GridMap map = rooms_map(90, 80, 9, 3);
+    GridPathSettings settings;
+    settings.index_at_start = 0;
+    GridPathRequests service(ground_of(map), settings);
+    const std::uint64_t price = kIndexUnits * map.places();
+    std::uint64_t paid = 0;
+    int ticks = 0;
+    for (; service.indexed() && ticks < 2000; ++ticks) {
+        EXPECT_EQ(service.planner().choice(), GridMethod::kJumpPoints);
+        ask_any(service, rng);
+        paid += service.counts().work;
+    }
+    EXPECT_GT(paid, price) << "after " << ticks;
+    EXPECT_LT(paid, 4 * price) << "searches are the greater part of the work";
+    for (int more = 0; !service.indexed() && more < 100; ++more) {
+        service.serve();
+    }
+    EXPECT_EQ(service.planner().choice(), GridMethod::kHubLabels);
+    // Straight paths need none.
+    GridMap open(90, 80);
+    for (std::uint16_t y = 0; y < 80; ++y) {
+        for (std::uint16_t x = 0; x < 90; ++x) {
+            open.set_passable({x, y}, true);
+        }
+    }
+    GridPathRequests plain(ground_of(open), settings);
+    for (int i = 0; i < 2 * ticks; ++i) {
+        ask_any(plain, rng);
+    }
+    EXPECT_EQ(plain.counts().straight, static_cast<std::uint64_t>(2 * ticks));
+    EXPECT_TRUE(plain.indexed());
+    EXPECT_EQ(plain.planner().index_bytes(), 0U);
+}
+
+TEST(GridPathIndex, GoesOnInTheSameTickInACopyMadeInAny) {
+    core::Rng rng(9);
+    const GridMap map = rooms_map(90, 80, 9, 3);
+    GridPathSettings settings;
+    settings.index_at_start = 0;
+    settings.index_work_per_tick = 30'000;
+    settings.work_per_tick = 40'000;
+    GridPathRequests straight(ground_of(map), settings);
+    auto copied = std::make_unique<GridPathRequests>(ground_of(map), settings);
+    int building = 0;
+    for (int tick = 0; tick < 1000 && straight.planner().choice() != GridMethod::kHubLabels;
+         ++tick) {
+        core::Rng same = rng;
+        const PathResult one = ask_any(straight, rng);
+        const PathResult other = ask_any(*copied, same);
+        ASSERT_EQ(other.waiting, one.waiting);
+        ASSERT_EQ(other.length_m, one.length_m);
+        ASSERT_TRUE(std::equal(
+            other.corners.begin(), other.corners.end(), one.corners.begin(), one.corners.end()));
+        ASSERT_EQ(copied->indexed(), straight.indexed()) << "tick " << tick;
+        ASSERT_EQ(copied->planner().choice(), straight.planner().choice()) << "tick " << tick;
+        ASSERT_EQ(copied->counts().index_work, straight.counts().index_work) << "tick " << tick;
+        building += straight.indexed() ? 0 : 1;
+        const SavedPaths saved = copied->save();
+        EXPECT_TRUE(saved.whole);
+        copied = std::make_unique<GridPathRequests>(ground_of(map), settings);
+        ASSERT_EQ(copied->load(saved), "");
+    }
+    EXPECT_EQ(straight.planner().choice(), GridMethod::kHubLabels);
+    EXPECT_GT(building, 5) << "copies were made while the index was";
 }
 
 /// Paths from A* and jump points are as short as those of the index, up to what taut ends of the

@@ -17,6 +17,7 @@ inline constexpr std::uint64_t kSightUnits = 2;    ///< a cell that a line of si
 inline constexpr std::uint64_t kCornerUnits = 10;  ///< a corner of a path that is kept
 inline constexpr std::uint64_t kFieldUnits = 6;    ///< a cell of a field that is made
 inline constexpr std::uint64_t kRegionUnits = 25;  ///< a region in a table to a goal's region
+inline constexpr std::uint64_t kIndexUnits = 50;   ///< a place of a map that gets an index
 inline constexpr std::uint64_t kMiddleUnits = 4;   ///< a region that is looked at
 
 }  // namespace zoned::ai::pathfinding

@@ -44,6 +44,9 @@ class GridPlanner {
     /// built. Before the first prepare().
     void use(const GridSearch& search) { search_ = search; }
 
+    /// Finds which cells reach each other, for joined(); the first query that needs it does so too.
+    void label_components();
+
     /// Builds the index for the map as it is. Parts that exceed a bound are left out; see can().
     void prepare(const IndexBounds& bounds = {});
 
@@ -100,7 +103,6 @@ class GridPlanner {
     ResumableTask index_subgoals(IndexBounds bounds);
     [[nodiscard]] bool worth_a_try(std::uint64_t failed_at) const;
     void retire_index();
-    void label_components();
     GridAnswer route(const GridQuery& query, GridMethod method);
     GridAnswer search_by(const GridQuery& query, GridMethod method);
     GridAnswer by_cells(const GridQuery& query, GridMethod method);

@@ -47,7 +47,11 @@ GridPathRequests::GridPathRequests(GroundMap map,
         planner_.know_most_open(*most_open);
     }
     planner_.use(settings.search);
-    planner_.prepare(settings.index);
+    planner_.label_components();
+    if (index_price() <= settings.index_at_start) {
+        planner_.prepare(settings.index);
+        index_given_ = kAllUnits;
+    }
     while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;
     }
@@ -233,17 +237,7 @@ void GridPathRequests::serve() {
     }
     serve_waiting();
     lead_waiting();
-    counts_.index_work = 0;
-    if (!indexed_) {
-        // A share of the left-over work goes to the index, too: the sooner it is ready, the
-        // cheaper are paths.
-        const std::uint64_t left =
-            settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
-        const std::uint64_t share = left / kIndexShare;
-        indexed_ = planner_.advance_index(settings_.index_work_per_tick + share);
-        spent_ += std::min(share, planner_.index_work());
-        counts_.index_work = planner_.index_work() - std::min(share, planner_.index_work());
-    }
+    advance_index();
     while (spent_ < settings_.work_per_tick && regions_.lacks_tables()) {
         regions_.prepare_next(tick_);
         spent_ += kRegionUnits * regions_.regions();
@@ -252,6 +246,27 @@ void GridPathRequests::serve() {
     spent_ = 0;
     std::swap(reported_, answered_);
     answered_.clear();
+}
+
+void GridPathRequests::advance_index() {
+    counts_.index_work = 0;
+    if (index_given_ == 0 && searched_work_ > index_price()) {
+        planner_.begin_index(settings_.index);
+        indexed_ = false;
+    }
+    if (indexed_) {
+        return;
+    }
+    // A share of the left-over work goes to the index, too: the sooner it is ready, the cheaper are
+    // paths.
+    const std::uint64_t left = settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
+    const std::uint64_t share = left / kIndexShare;
+    const std::uint64_t units = settings_.index_work_per_tick + share;
+    indexed_ = planner_.advance_index(units);
+    index_given_ = indexed_ ? kAllUnits : index_given_ + units;
+    renewing_ = renewing_ && !indexed_;
+    spent_ += std::min(share, planner_.index_work());
+    counts_.index_work = planner_.index_work() - std::min(share, planner_.index_work());
 }
 
 bool GridPathRequests::refresh(std::uint32_t number) {

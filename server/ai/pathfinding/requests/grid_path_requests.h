@@ -4,6 +4,7 @@
 #include "server/ai/pathfinding/flow_fields/crowd_paths.h"
 #include "server/ai/pathfinding/grid/corner_pool.h"
 #include "server/ai/pathfinding/grid/ground_map.h"
+#include "server/ai/pathfinding/grid/work_units.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
 #include "server/ai/pathfinding/hierarchy/region_next_hop.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
@@ -36,6 +37,10 @@ struct GridPathSettings {
     int reach_cells = 8;
     GridSearch search;  ///< kDefault: what suits the map
     IndexBounds index;
+    /// An index that is expected to cost no more than this is made at the start, in units of about
+    /// 2 ns. A larger one is begun once searches have cost as much: so all work together is at most
+    /// twice the least, whatever comes.
+    std::uint64_t index_at_start = 10'000'000;
     /// Tables of distances between regions that are kept. Where all regions together have no more,
     /// they are made beforehand.
     std::size_t tables = RegionNextHop::kTables;
@@ -45,7 +50,7 @@ struct GridPathSettings {
 /// A map alone, without doors or neighbouring zones; see GridPaths for these.
 class GridPathRequests : public PathProvider {
   public:
-    /// Prepares the map's index. `most_open`: see GridPlanner::know_most_open(); may be null.
+    /// `most_open`: see GridPlanner::know_most_open(); may be null.
     explicit GridPathRequests(GroundMap map,
                               const GridPathSettings& settings = {},
                               const GridMap* most_open = nullptr);
@@ -106,11 +111,12 @@ class GridPathRequests : public PathProvider {
     ///   the old path until the new one is ready.
     /// - A request that could not reach its goal is looked for anew where its component was joined
     ///   with more, or a cell opened nearer to the goal.
-    /// All others stay as they are. The index is renewed over the next ticks, and the hops for
-    /// waiting agents in the next serve().
+    /// All others stay as they are. An index that was begun is renewed over the next ticks, and the
+    /// hops for waiting agents in the next serve().
     void change(std::span<const CellChange> changes);
 
-    /// True if the index is that of the map as it is.
+    /// True if nothing is left to be done on the index: it is that of the map as it is, or it was
+    /// not worth its cost so far.
     [[nodiscard]] bool indexed() const { return indexed_; }
 
     [[nodiscard]] const GroundGrid& grid() const { return grid_; }
@@ -136,6 +142,9 @@ class GridPathRequests : public PathProvider {
     void spend(std::uint64_t units) { spent_ += units; }
 
   private:
+    /// Units given to the index when no more are needed.
+    static constexpr std::uint64_t kAllUnits = ~std::uint64_t{0};
+
     struct RequestSlot {
         std::uint32_t round = 0;
         std::uint32_t asker = 0;
@@ -203,6 +212,15 @@ class GridPathRequests : public PathProvider {
     bool find_by_planner(RequestSlot& slot);
     void find_by_regions(RequestSlot& slot);
     void prepare_table(Cell goal);
+    /// Searches, and counts the work.
+    GridAnswer search(const GridQuery& query);
+    /// Begins the index once searches have cost enough, and goes on with it.
+    void advance_index();
+
+    [[nodiscard]] std::uint64_t index_price() const {
+        return kIndexUnits * planner_.map().places();
+    }
+
     /// The reachable cell nearest to the goal, among the cells that stand for regions and the
     /// start.
     Cell nearest_middle(const RequestSlot& slot);
@@ -283,6 +301,9 @@ class GridPathRequests : public PathProvider {
     std::vector<Cell> cells_;
     FlowField near_goal_;
     bool indexed_ = true;
+    bool renewing_ = false;            // the index is being made for a changed map
+    std::uint64_t index_given_ = 0;    // units since the index was begun; 0: it was not yet
+    std::uint64_t searched_work_ = 0;  // of searches before it was begun
     std::uint64_t spent_ = 0;
     std::uint64_t tick_ = 0;
     PathCounts counts_;

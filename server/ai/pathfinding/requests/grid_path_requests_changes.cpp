@@ -85,8 +85,12 @@ void GridPathRequests::change(std::span<const CellChange> changes) {
     if (crowd_ != nullptr) {
         crowd_->change(changes);
     }
-    planner_.begin_index(settings_.index);
-    indexed_ = false;
+    if (index_given_ != 0) {
+        planner_.begin_index(settings_.index);
+        index_given_ = 1;
+        indexed_ = false;
+        renewing_ = true;
+    }
     regions_.note(changes);
     for (CachedFlowField& f : fields_) {
         f.goal = kNoPlace;

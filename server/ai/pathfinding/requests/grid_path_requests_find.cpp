@@ -210,6 +210,14 @@ void GridPathRequests::walk(const HopAt& hop_at) {
     spent_ += kHopUnits * steps;
 }
 
+GridAnswer GridPathRequests::search(const GridQuery& query) {
+    const GridAnswer found = planner_.plan(query);
+    const std::uint64_t work = kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
+    spent_ += work;
+    searched_work_ += index_given_ == 0 ? work : 0;
+    return found;
+}
+
 /// A search that the end of the tick cuts off begins again in the next one. A search that had all
 /// of a tick goes from region to region.
 bool GridPathRequests::find_by_planner(RequestSlot& slot) {
@@ -221,10 +229,9 @@ bool GridPathRequests::find_by_planner(RequestSlot& slot) {
     query.max_work =
         static_cast<std::uint32_t>(std::clamp<std::uint64_t>(left, 1, settings_.search_work));
     query.nearest = true;
-    const GridAnswer found = planner_.plan(query);
-    const std::uint64_t work = kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
-    spent_ += work;
-    typical_work_ = (7 * typical_work_ + work) / 8;
+    const std::uint64_t before = spent_;
+    const GridAnswer found = search(query);
+    typical_work_ = (7 * typical_work_ + spent_ - before) / 8;
     if (found.outcome == PathOutcome::kCutOff) {
         if (!first && query.max_work < settings_.search_work) {
             return false;
@@ -396,8 +403,7 @@ std::optional<float> GridPathRequests::length(Spot from, Cell to) {
     if (spent_ < settings_.work_per_tick) {
         query.max_work = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
             (settings_.work_per_tick - spent_) / kNodeUnits, 1, settings_.search_work));
-        const GridAnswer found = planner_.plan(query);
-        spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
+        const GridAnswer found = search(query);
         if (found.outcome == PathOutcome::kFound) {
             return static_cast<float>(found.length) * grid_.cell_m();
         }

@@ -57,7 +57,9 @@ SavedPaths GridPathRequests::save() const {
     memory.tick = tick_;
     memory.typical_work = typical_work_;
     memory.cheap_work = cheap_work_;
-    memory.whole = indexed_ && regions_.settled() && building_ == kNoPlace && to_queue_.empty() &&
+    memory.index_given = index_given_;
+    memory.searched_work = searched_work_;
+    memory.whole = !renewing_ && regions_.settled() && building_ == kNoPlace && to_queue_.empty() &&
                    (crowd_ == nullptr || !crowd_->busy());
     if (crowd_ != nullptr) {
         memory.crowd = crowd_->save();
@@ -81,10 +83,9 @@ std::string GridPathRequests::defect_of_memory(const SavedPaths& memory) const {
             return !grid_.contains(s);
         });
         const bool asks = m.waiting || m.usable;
-        const Spot from{m.from.wanted.x(), m.from.wanted.z()};
         const Spot to{m.to.wanted.x(), m.to.wanted.z()};
-        if (m.taken && (off(m.from.node) || off(m.to.node) || beside ||
-                        (asks && !(grid_.contains(from) && grid_.contains(to))))) {
+        if (m.taken &&
+            (off(m.from.node) || off(m.to.node) || beside || (asks && !grid_.contains(to)))) {
             return "path " + std::to_string(m.number) + " leads off the map";
         }
     }
@@ -174,6 +175,13 @@ std::string GridPathRequests::load(const SavedPaths& memory) {
     tick_ = memory.tick;
     typical_work_ = memory.typical_work;
     cheap_work_ = memory.cheap_work;
+    searched_work_ = memory.searched_work;
+    if (memory.index_given != 0 && index_given_ == 0) {
+        // Counted work stops at the same place in one go.
+        planner_.begin_index(settings_.index);
+        indexed_ = planner_.advance_index(memory.index_given);
+        index_given_ = memory.index_given;
+    }
     if (crowd_ != nullptr) {
         reviewed_round_ = memory.crowd.reviewed_round;
         next_review_ = static_cast<std::size_t>(memory.crowd.next_review);

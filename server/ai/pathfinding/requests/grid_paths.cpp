@@ -18,9 +18,10 @@ GridPaths::Baked GridPaths::bake(const motion::StaticGeometry& statics,
                                  const GroundRect& area,
                                  float cell_m,
                                  std::span<const std::uint8_t> shut) {
-    Baked baked{nullptr, bake_ground(statics, limits, area, cell_m), {}, {1, 1}};
-    baked.most_open = baked.ground.cells;
-    baked.open = std::make_unique<GroundMap>(baked.ground);
+    auto open = std::make_unique<GroundMap>(bake_ground(statics, limits, area, cell_m));
+    // Floors matter to portals alone.
+    const GroundMap flat{open->grid, open->cells, {}};
+    Baked baked{std::move(open), flat, {}, flat.cells};
     if (shut.empty()) {
         return baked;
     }

@@ -104,6 +104,8 @@ struct SavedPaths {
     std::uint64_t tick = 0;  ///< tick of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
+    std::uint64_t index_given = 0;     ///< cells: units of work on the index; 0: it was not begun
+    std::uint64_t searched_work = 0;   ///< cells: of the searches before that
     pathfinding::SavedCrowds crowd{};  ///< for maps that know crowds
     /// False: work on the map or its fields is under way and is not in here, so the answers after
     /// loading may differ. It travels in no bytes.
