@@ -69,7 +69,7 @@ struct ServerReport {
     Percentiles tick_ms;       ///< by the wall
     Percentiles tick_cpu_ms;   ///< of all threads that stepped
     Percentiles tick_late_ms;  ///< from when a tick was due to its start
-    double cpu_cores = 0.0;    ///< CPU time of the process / seconds
+    double cpu_cores = 0.0;    ///< CPU time of the process / seconds, without its start
     std::uint64_t overruns = 0;
     std::map<std::string, std::uint64_t> overruns_by_reason;
     std::uint64_t dropped_ticks = 0;

@@ -125,6 +125,7 @@ class Server {
 
     int run() {
         const double begin = steady_seconds();
+        const double cpu_begin = process_cpu_seconds();
         signals_.async_wait([this](const asio::error_code& error, int signal) {
             if (!error) {
                 stop(signal == SIGINT ? "interrupted" : "asked to stop");
@@ -163,7 +164,7 @@ class Server {
             log_status();
         }
         io_.run();
-        return finish(steady_seconds() - begin);
+        return finish(steady_seconds() - begin, process_cpu_seconds() - cpu_begin);
     }
 
   private:
@@ -426,7 +427,7 @@ class Server {
         status_timer_.expires_after(kStatusEvery);
         status_timer_.async_wait([this](const asio::error_code& error) {
             if (!error && !stopping_) {
-                log_traffic({settings_, *loop_, network_, 1, 0.0},
+                log_traffic({settings_, *loop_, network_, 1, 0.0, 0.0},
                             logged_traffic_,
                             std::chrono::duration<double>(kStatusEvery).count());
                 log_status();
@@ -497,7 +498,7 @@ class Server {
         }
     }
 
-    int finish(double seconds) {
+    int finish(double seconds, double cpu_seconds) {
         live_.finish();
         core::Result<bool> recorded = true;
         if (recorder_) {
@@ -505,7 +506,8 @@ class Server {
             recorded = recorder_->close(failed_);
         }
         failed_ = !recovery_.end() || failed_;
-        const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
+        const ServeFigures figures{
+            settings_, *loop_, network_, world_.pool().threads(), seconds, cpu_seconds};
         log_summary(figures);
         if (!arguments_.report.empty()) {
             const auto written = report_.commit(serve_report(figures));

@@ -10,13 +10,13 @@
 
 namespace zoned::app {
 
-namespace {
-
 double process_cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
 }
+
+namespace {
 
 recording::Percentiles percentiles(const core::Histogram& h) {
     return {h.percentile(0.5), h.percentile(0.99), h.percentile(0.999), h.max()};
@@ -162,7 +162,7 @@ void log_summary(const ServeFigures& figures) {
             loop.cpu_ms.percentile(0.99),
             loop.overruns,
             loop.handoffs,
-            100.0 * process_cpu_seconds() / figures.seconds);
+            100.0 * figures.cpu_seconds / figures.seconds);
     const recording::TrafficFigures traffic = traffic_figures(figures, loop);
     std::fputs(wire::traffic_text(
                    loop.traffic, traffic.types, figures.seconds, replication::kPacketOverheadBytes)
@@ -178,7 +178,7 @@ std::string serve_report(const ServeFigures& figures) {
     report.seconds = figures.seconds;
     report.tick_rate_hz = figures.settings.tick_rate_hz;
     report.threads = figures.threads;
-    report.cpu_cores = process_cpu_seconds() / figures.seconds;
+    report.cpu_cores = figures.cpu_seconds / figures.seconds;
     add_loop(loop, report);
     add_network(figures.network, report);
     report.state_flapping = loop.state_flapping;

@@ -10,13 +10,18 @@
 
 namespace zoned::app {
 
-/// Everything that the report is made of; loop and network have stopped.
+/// CPU time of the process so far, s.
+double process_cpu_seconds();
+
+/// Everything that the report is made of; loop and network have stopped. The times are those since
+/// the world runs, without its start.
 struct ServeFigures {
     const config::Settings& settings;
     const TickLoop& loop;
     const Network& network;
     unsigned threads = 1;
     double seconds = 0.0;
+    double cpu_seconds = 0.0;  ///< of the process
 };
 
 /// One line: the bytes of state packets since `before`, which becomes the present count; nothing
