@@ -25,17 +25,23 @@ const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
 /// Less than this off the line is rounding, m.
 constexpr float kOnLine_m = 0.005F;
 
-/// The place at (x, z) of a character that walked there from `from`: as the map has it, or, without
-/// one, by the same walk.
+/// The place at (x, z) of a character that walked there from `from`: on the floor that its map
+/// knows, or, where it knows none, by the same walk.
 Vec3 walked_to(const Vec2& at,
                const Vec3& from,
                const motion::CharacterLimits& limits,
                const AiContext& ai,
                world::Row row) {
     const bool has_map = ai.paths != nullptr && ai.paths->plans_for(ai.entities.type[row]);
+    const float feet_m = limits.radius + limits.half_segment;
+    const float floor =
+        has_map
+            ? ai.paths->floor_along(
+                  ai.entities.type[row], {from.x(), from.z()}, from.y() - feet_m, {at.x(), at.y()})
+            : pathfinding::kOnGround;
     const Vec2 way = at - over_ground(from);
     const float length = way.norm();
-    if (!has_map && length > 0.0F) {
+    if (std::isnan(floor) && length > 0.0F) {
         const Vec2 direction = way / length;
         const LookAhead walk = look_ahead(from, direction, length, limits, ai.statics, ai.now);
         if (walk.length >= length && walk.aside < kOnLine_m) {
@@ -49,12 +55,6 @@ Vec3 walked_to(const Vec2& at,
             return slid.end;
         }
     }
-    const float feet_m = limits.radius + limits.half_segment;
-    const float floor =
-        has_map
-            ? ai.paths->floor_along(
-                  ai.entities.type[row], {from.x(), from.z()}, from.y() - feet_m, {at.x(), at.y()})
-            : pathfinding::kOnGround;
     return standing_at(ai.statics, limits, from, at, floor, ai.now);
 }
 

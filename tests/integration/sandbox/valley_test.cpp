@@ -32,7 +32,8 @@ struct Found {
 };
 
 /// Where an agent is by its timetable. Its height follows from the walk from where it was placed,
-/// up ramps and over terraces. Where there is no such walk, it is as high as it was.
+/// up ramps, over terraces and along their corners. Where there is no such walk, it is as high as
+/// it was.
 Vec3 place_of(const zone::ZoneState& state, const ai::Agent& agent, world::Row row, Tick now) {
     const Vec3& body = state.entities.position[row];
     const Vec2 from(body.x(), body.z());
@@ -46,7 +47,8 @@ Vec3 place_of(const zone::ZoneState& state, const ai::Agent& agent, world::Row r
                        length,
                        limits,
                        *state.settings.statics,
-                       now);
+                       now,
+                       ai::kDriftM);
     return {at.x(), walk.length < length ? body.y() : walk.end.y(), at.y()};
 }
 
