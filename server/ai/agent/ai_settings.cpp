@@ -80,6 +80,19 @@ void compile(AiSettings& settings, float dt) {
     }
 }
 
+bool travels(const AiSettings& settings, std::uint16_t brain) {
+    const auto in = [brain](const std::vector<CompiledBrain>& compiled) {
+        return brain != 0 && brain <= compiled.size() &&
+               std::any_of(compiled[brain - 1U].states.begin(),
+                           compiled[brain - 1U].states.end(),
+                           [](const BrainState& state) { return goes_to_places(state.action); });
+    };
+    return in(settings.compiled) ||
+           std::any_of(settings.difficulty.levels.begin(),
+                       settings.difficulty.levels.end(),
+                       [&in](const DifficultyLevel& level) { return in(level.compiled); });
+}
+
 std::string bind_code(AiSettings& settings, std::span<const state_machine::CodedMachine> machines) {
     std::string wrong = give_code(settings.brains, machines, settings.compiled);
     for (DifficultyLevel& level : settings.difficulty.levels) {

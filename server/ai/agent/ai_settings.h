@@ -41,6 +41,10 @@ struct AiSettings {
 /// Fills in `compiled`, also for the difficulty levels. Inner brains stay empty. `dt` in s.
 void compile(AiSettings& settings, float dt);
 
+/// True if agents with that brain (its number + 1; 0: none) go to places at some level of
+/// difficulty. Call it after compile().
+bool travels(const AiSettings& settings, std::uint16_t brain);
+
 /// Gives each compiled brain that names code its machine, also for the difficulty levels. Call it
 /// after compile(). Returns an empty text, or which brain lacks what; then no agent may run.
 std::string bind_code(AiSettings& settings, std::span<const state_machine::CodedMachine> machines);

@@ -68,6 +68,7 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                     surface.file.c_str(),
                     surface.replicated ? "told to clients" : "not told to clients");
     }
+    std::printf("%s: %s\n", config.c_str(), config::pathfinding_text(settings).c_str());
     for (const auto& warnings : {config::world_warnings_of(settings),
                                  config::stability_warnings_of(settings),
                                  config::waypoint_warnings(settings),

@@ -8,6 +8,7 @@
 #include "server/app/world/world.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/parameters.h"
+#include "server/config/world/pathfinding_config.h"
 
 #include <algorithm>
 #include <cmath>
@@ -274,6 +275,7 @@ int explain(const ExplainArguments& arguments) {
     if (!parameters.empty()) {
         std::printf("\n%s", parameters.c_str());
     }
+    std::printf("\n%s\n", config::pathfinding_text(settings).c_str());
     print_store(settings.server.store);
     print_recovery(settings.server.recovery);
     const ProbedWorld own{

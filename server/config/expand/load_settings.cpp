@@ -165,6 +165,7 @@ void check_and_expand(Config& config,
     }
     if (diagnostics.empty()) {
         ai::compile(settings.ai, static_cast<float>(1.0 / settings.tick_rate_hz));
+        plan_default_paths(settings);
         plan_methods(settings, diagnostics);
     }
 }

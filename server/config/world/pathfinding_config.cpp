@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -23,6 +24,8 @@ using proto::config::Config;
 
 /// Waypoints that a warning names.
 constexpr std::size_t kNamedWaypoints = 5;
+/// Types that `zoned check` names.
+constexpr std::size_t kNamedTypes = 8;
 
 float map_cell_m(const proto::config::Pathfinding& paths) {
     return narrow(paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH ? paths.spacing_m()
@@ -124,7 +127,8 @@ void check_ground_maps(const Config& config,
         paths.search() != proto::config::Pathfinding::WEIGHTED_A_STAR) {
         diagnostics.add("ai.pathfinding.search_weight", "is of search: WEIGHTED_A_STAR alone");
     }
-    if (paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
+    if (paths.map() == proto::config::Pathfinding::NONE ||
+        (paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints())) {
         return;  // nothing is baked
     }
     const float cell_m = map_cell_m(paths);
@@ -198,6 +202,9 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
         case proto::config::Pathfinding::WAYPOINT_GRAPH:
             paths.map = ai::PathMapKind::kWaypointGraph;
             break;
+        case proto::config::Pathfinding::NONE:
+            paths.cell_m = 0.0F;
+            break;
     }
     if (from.has_waypoints()) {
         // check_ground_maps() reports the mistakes in them.
@@ -206,6 +213,96 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
         }
     }
     return paths;
+}
+
+namespace {
+
+/// The most cells of a zone's map where the config names no cells.
+constexpr double kDefaultCells = 1'048'576;
+constexpr float kDefaultCell_m = 0.5F;
+
+bool has_statics(const Settings& settings) {
+    return !settings.boxes.empty() || !settings.doors.empty() || !settings.surfaces.empty();
+}
+
+/// The smallest cells that give no zone too many.
+float default_cell_m(const Settings& settings) {
+    float cell_m = kDefaultCell_m;
+    const auto too_many = [&](const ZoneRegion& zone) {
+        const double wide = zone.max_x - zone.min_x;
+        const double deep = zone.max_z - zone.min_z;
+        const auto cell = static_cast<double>(cell_m);
+        return wide / cell * (deep / cell) > kDefaultCells ||
+               !ai::pathfinding::GroundGrid::defect_of(
+                    zone::paths_area(wide, deep, settings.handoff_hysteresis_m, cell_m), cell_m)
+                    .empty();
+    };
+    while (std::any_of(settings.zones.begin(), settings.zones.end(), too_many)) {
+        cell_m *= 2.0F;
+    }
+    return cell_m;
+}
+
+const char* name_of(ai::PathMapKind map) {
+    switch (map) {
+        case ai::PathMapKind::kGrid:
+            return "grids";
+        case ai::PathMapKind::kNavmesh:
+            return "navmeshes";
+        case ai::PathMapKind::kWaypointGraph:
+            return "waypoints";
+    }
+    return "?";
+}
+
+/// Names of the types that need maps.
+std::vector<std::string> travelling_types(const Settings& settings) {
+    std::vector<std::string> names;
+    for (std::size_t t = 0; t < settings.types.size(); ++t) {
+        if (settings.ai.pathfinding.travels[t] != 0) {
+            names.push_back(settings.types[t].name);
+        }
+    }
+    return names;
+}
+
+}  // namespace
+
+void plan_default_paths(Settings& settings) {
+    ai::PathfindingSettings& paths = settings.ai.pathfinding;
+    paths.travels.clear();
+    for (const world::EntityType& type : settings.types) {
+        const bool travels =
+            type.kind == world::EntityKind::kCharacter && ai::travels(settings.ai, type.brain);
+        paths.travels.push_back(travels ? 1 : 0);
+    }
+    if (!settings.config->ai().has_pathfinding() && has_statics(settings) &&
+        !travelling_types(settings).empty()) {
+        paths.cell_m = default_cell_m(settings);
+    }
+}
+
+std::string pathfinding_text(const Settings& settings) {
+    const ai::PathfindingSettings& paths = settings.ai.pathfinding;
+    const bool asked = settings.config->ai().has_pathfinding();
+    const std::vector<std::string> types = travelling_types(settings);
+    if (paths.cell_m == 0.0F) {
+        return std::string("paths: none: ") + (asked ? "ai.pathfinding says so"
+                                               : types.empty()
+                                                   ? "no type has a brain that goes to places"
+                                                   : "nothing but the ground stands in the way");
+    }
+    std::string text = std::string("paths: over ") + name_of(paths.map);
+    char cell[40];
+    std::snprintf(cell, sizeof(cell), ", %.3g m", static_cast<double>(paths.cell_m));
+    text += std::string(cell) + (asked ? ", as ai.pathfinding says" : ", by default") + "; for ";
+    for (std::size_t i = 0; i < types.size() && i < kNamedTypes; ++i) {
+        text += (i == 0 ? "" : ", ") + types[i];
+    }
+    return types.empty() ? text + "nobody"
+           : types.size() > kNamedTypes
+               ? text + " and " + std::to_string(types.size() - kNamedTypes) + " more"
+               : text;
 }
 
 std::vector<std::string> waypoint_warnings(const Settings& settings) {

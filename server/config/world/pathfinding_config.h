@@ -30,6 +30,13 @@ void check_ground_maps(const proto::config::Config& config,
 /// ai.pathfinding, which is set.
 ai::PathfindingSettings expand_pathfinding(const proto::config::Config& config);
 
+/// Decides whether paths are planned where ai.pathfinding is not set, and which types need maps.
+/// All else of the settings is expanded, and brains are compiled.
+void plan_default_paths(Settings& settings);
+
+/// Whether paths are planned, over which maps, and why: one sentence for `zoned check`.
+std::string pathfinding_text(const Settings& settings);
+
 /// One sentence for each waypoint of a good config that agents may never reach: in no zone, without
 /// edges to it or from it, or not joined with most of the others.
 std::vector<std::string> waypoint_warnings(const Settings& settings);

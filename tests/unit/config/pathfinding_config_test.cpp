@@ -48,6 +48,64 @@ TEST(PathfindingInConfigs, AreExpanded) {
     EXPECT_TRUE(waypoint_warnings(placed.settings).empty());
 }
 
+const std::string kWall = "statics { box { x_m: 20 y_m: 1 size { x_m: 1 y_m: 2 z_m: 9 } } }\n";
+
+/// The cells of the maps; 0: none. And the reason.
+void expect_paths(const std::string& text, float cell_m, const std::string& reason) {
+    SCOPED_TRACE(reason);
+    const Outcome out = parse(text);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    EXPECT_EQ(out.settings.ai.pathfinding.cell_m, cell_m);
+    EXPECT_EQ(pathfinding_text(out.settings), "paths: " + reason);
+}
+
+TEST(PathfindingInConfigs, AreOnByDefaultWhereAgentsGoToPlacesAndSomethingStandsInTheWay) {
+    expect_paths(kValid, 0.0F, "none: nothing but the ground stands in the way");
+    expect_paths(kValid + kWall, 0.5F, "over grids, 0.5 m, by default; for guard");
+    expect_paths(with("action: CHASE", "action: FLEE") + kWall,
+                 0.0F,
+                 "none: no type has a brain that goes to places");
+    expect_paths(with("  brain: \"guard\"\n", "") + kWall,
+                 0.0F,
+                 "none: no type has a brain that goes to places");
+    expect_paths(with_paths("map: NONE") + kWall, 0.0F, "none: ai.pathfinding says so");
+    expect_paths(
+        with_paths("cell_m: 0.4"), 0.4F, "over grids, 0.4 m, as ai.pathfinding says; for guard");
+}
+
+TEST(PathfindingInConfigs, HaveCellsByDefaultOfWhichNoZoneHasTooMany) {
+    const auto wide = [](const std::string& half_m) {
+        std::string text = with("max_x_m: 100\n", "max_x_m: " + half_m + "\n");
+        return with("zones {\n",
+                    "zones {\n  zone { name: \"far\" min_x_m: 100 min_z_m: -50 max_x_m: " + half_m +
+                        " max_z_m: 50 }\n",
+                    text);
+    };
+    expect_paths(wide("1100") + kWall, 0.5F, "over grids, 0.5 m, by default; for guard");
+    // More than a million cells of 0.5 m, and 8192 to a side.
+    expect_paths(wide("2900") + kWall, 1.0F, "over grids, 1 m, by default; for guard");
+    expect_paths(
+        wide("9100") + kWall + "replication { quantization { horizontal_extent_m: 5000 } }\n",
+        2.0F,
+        "over grids, 2 m, by default; for guard");
+}
+
+TEST(PathfindingInConfigs, HaveMapsForTypesThatGoToPlaces) {
+    const Outcome out =
+        parse(kValid + kWall +
+              "type { name: \"sheep\" kind: CHARACTER capsule { radius_m: 0.3 length_m: 0.2 } "
+              "brain: \"herd\" }\n"
+              "brain { name: \"herd\" state { name: \"graze\" action: FLOCK } }\n");
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    std::vector<std::string> travel;
+    for (std::size_t t = 0; t < out.settings.types.size(); ++t) {
+        if (out.settings.ai.pathfinding.travels[t] != 0) {
+            travel.push_back(out.settings.types[t].name);
+        }
+    }
+    EXPECT_EQ(travel, std::vector<std::string>{"guard"});
+}
+
 TEST(PathfindingInConfigs, LeadAroundCrowdsWhereTheySaySo) {
     EXPECT_FALSE(parse(with_paths("")).settings.ai.pathfinding.crowding);
     const Outcome out =

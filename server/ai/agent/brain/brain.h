@@ -46,6 +46,13 @@ enum class ActionKind : std::uint8_t {
                    ///< `leash_m`, then walk home
 };
 
+/// True if the action leads to places, so that a path may be needed; false where it moves by what
+/// is near.
+constexpr bool goes_to_places(ActionKind action) {
+    return action != ActionKind::kIdle && action != ActionKind::kFlee &&
+           action != ActionKind::kFlock;
+}
+
 /// The sensor that a transition's condition reads.
 enum class Sensor : std::uint8_t {
     kPlayerDistance,  ///< to the nearest player, m; infinity when none is within `perception_m`
