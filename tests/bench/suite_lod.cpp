@@ -1,5 +1,5 @@
-// Suite `lod`: a day of a town, fully simulated and with off-screen agents skipped. The outcome has
-// to be the same.
+// Suite `lod`: a day of a town, without walls and with them, fully simulated and with off-screen
+// agents skipped. The outcome has to be the same.
 #include "server/ai/agent/decision.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
@@ -11,13 +11,29 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <sstream>
 
 namespace zoned::bench {
 
 namespace {
 
+/// In the open people walk straight; with walls they follow planned paths.
 const std::string kTownScene = "town_day";
+const std::string kWalledScene = "walled_town_day";
+/// Walls with openings between the places where people go.
+const std::string kWalls =
+    "statics {\n"
+    "  wall { point { x_m: -200 z_m: 20 } point { x_m: 200 z_m: 24 } height_m: 3 segment_m: 18 "
+    "gap_m: 6 }\n"
+    "  wall { point { x_m: 30 z_m: -150 } point { x_m: 34 z_m: 150 } height_m: 3 segment_m: 18 "
+    "gap_m: 6 }\n"
+    "  wall { point { x_m: -260 z_m: 95 } point { x_m: -60 z_m: 95 } height_m: 3 segment_m: 30 "
+    "gap_m: 8 }\n"
+    "  wall { point { x_m: -130 z_m: -120 } point { x_m: -20 z_m: -130 } height_m: 3 segment_m: 18 "
+    "gap_m: 6 }\n"
+    "}\n";
 constexpr double kDay_s = 600.0;
 
 /// The bound of the config's farthest level of detail, m, which is promised to an arriving viewer.
@@ -54,7 +70,11 @@ struct Day {
 };
 
 /// `count` people in one zone.
-bool town(int count, std::uint64_t seed, bool suspend_offscreen, config::Settings& settings) {
+bool town(const std::string& scene,
+          int count,
+          std::uint64_t seed,
+          bool suspend_offscreen,
+          config::Settings& settings) {
     // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
     // one each of hounds, children and deer.
     const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.077, 0.0, 0.0, 0.0};
@@ -67,8 +87,12 @@ bool town(int count, std::uint64_t seed, bool suspend_offscreen, config::Setting
         sets.push_back("scatter[" + std::to_string(k) + "].count=" +
                        std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
     }
+    std::ifstream file(ZONED_SOURCE_DIR "/config/town.txtpb");
+    std::stringstream text;
+    text << file.rdbuf() << (scene == kWalledScene ? kWalls : "");
     std::vector<config::ConfigError> errors;
-    return config::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb", sets, settings, errors);
+    return config::parse_settings(text.str(), sets, settings, errors) &&
+           (scene == kWalledScene) == (settings.ai.pathfinding.cell_m > 0.0F);
 }
 
 std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Tick now) {
@@ -237,12 +261,15 @@ std::vector<double> all_ticks(const std::vector<Day>& days) {
     return all;
 }
 
-Row row_of(const std::string& method, const std::vector<Day>& days, int count) {
+Row row_of(const std::string& scene,
+           const std::string& method,
+           const std::vector<Day>& days,
+           int count) {
     std::vector<double> us = all_ticks(days);
     std::sort(us.begin(), us.end());
     Row row;
     row.suite = "lod";
-    row.scene = kTownScene;
+    row.scene = scene;
     row.method = method;
     row.parameter = "people=" + std::to_string(count);
     row.time_us_p50 = quantile(us, 0.5);
@@ -259,10 +286,7 @@ Row row_of(const std::string& method, const std::vector<Day>& days, int count) {
     return row;
 }
 
-void run_lod(Session& session) {
-    if (!session.wants_scene(kTownScene)) {
-        return;
-    }
+void run_scene(Session& session, const std::string& scene) {
     const int seeds = session.quick ? 2 : 20;
     const int count = session.quick ? 100 : 1000;
     const double seconds = session.quick ? 120.0 : kDay_s;
@@ -270,10 +294,10 @@ void run_lod(Session& session) {
     std::vector<Day> skipped;
     Differences differences;
     for (int seed = 1; seed <= seeds; ++seed) {
-        session.progress("lod " + kTownScene + " seed " + std::to_string(seed));
+        session.progress("lod " + scene + " seed " + std::to_string(seed));
         for (const bool skip : {false, true}) {
             config::Settings settings;
-            if (!town(count, static_cast<std::uint64_t>(seed), skip, settings)) {
+            if (!town(scene, count, static_cast<std::uint64_t>(seed), skip, settings)) {
                 session.note("lod: config/town.txtpb could not be read");
                 return;
             }
@@ -281,11 +305,11 @@ void run_lod(Session& session) {
         }
         differences.compare(full.back(), skipped.back(), 1.0 / 20.0);
     }
-    session.note(
-        "town_day: error is the share of people with a schedule whose day differs when "
-        "nobody looks: what they did, in which order, what they had, who died");
+    session.note(scene +
+                 ": error is the share of people with a schedule whose day differs when "
+                 "nobody looks: what they did, in which order, what they had, who died");
     std::sort(differences.places_m.begin(), differences.places_m.end());
-    Row row = row_of("default", skipped, count);
+    Row row = row_of(scene, "default", skipped, count);
     row.error = static_cast<double>(differences.scheduled) / differences.people;
     row.error_unit = "share";
     row.metric("scheduled_differences", differences.scheduled);
@@ -302,14 +326,22 @@ void run_lod(Session& session) {
     row.metric("place_difference_m_p50", quantile(differences.places_m, 0.5));
     row.metric("place_difference_m_p99", quantile(differences.places_m, 0.99));
     row.metric("place_difference_m_max", differences.places_m.back());
-    Row all = row_of("simulated", full, count);
+    Row all = row_of(scene, "simulated", full, count);
     all.error_unit = "share";
     session.add({row, all});
 }
 
+void run_lod(Session& session) {
+    for (const std::string& scene : {kTownScene, kWalledScene}) {
+        if (session.wants_scene(scene)) {
+            run_scene(session, scene);
+        }
+    }
+}
+
 const Registration kLod({"lod",
                          "agents that nobody sees: the same outcome at what cost",
-                         {kTownScene},
+                         {kTownScene, kWalledScene},
                          {"default", "simulated"},
                          run_lod});
 
