@@ -69,12 +69,12 @@ struct Day {
     std::uint64_t events = 0;
 };
 
-/// `count` people in one zone.
-bool town(const std::string& scene,
-          int count,
-          std::uint64_t seed,
-          bool suspend_offscreen,
-          config::Settings& settings) {
+/// `count` people in one zone. Returns the mistakes.
+std::string read_town(const std::string& scene,
+                      int count,
+                      std::uint64_t seed,
+                      bool suspend_offscreen,
+                      config::Settings& settings) {
     // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
     // one each of hounds, children and deer.
     const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.077, 0.0, 0.0, 0.0};
@@ -87,12 +87,18 @@ bool town(const std::string& scene,
         sets.push_back("scatter[" + std::to_string(k) + "].count=" +
                        std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
     }
-    std::ifstream file(ZONED_SOURCE_DIR "/config/town.txtpb");
+    // The files that a text names are looked for in the current folder.
+    const std::string folder = ZONED_SOURCE_DIR "/config/";
+    sets.push_back("policy[0].file=" + folder + "training/arena.policy");
+    std::ifstream file(folder + "town.txtpb");
     std::stringstream text;
     text << file.rdbuf() << (scene == kWalledScene ? kWalls : "");
     std::vector<config::ConfigError> errors;
-    return config::parse_settings(text.str(), sets, settings, errors) &&
-           (scene == kWalledScene) == (settings.ai.pathfinding.cell_m > 0.0F);
+    if (!config::parse_settings(text.str(), sets, settings, errors)) {
+        return config::format_errors("config/town.txtpb", errors);
+    }
+    const bool has_paths = settings.ai.pathfinding.cell_m > 0.0F;
+    return has_paths == (scene == kWalledScene) ? "" : "paths are planned in the wrong scene";
 }
 
 std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Tick now) {
@@ -297,8 +303,10 @@ void run_scene(Session& session, const std::string& scene) {
         session.progress("lod " + scene + " seed " + std::to_string(seed));
         for (const bool skip : {false, true}) {
             config::Settings settings;
-            if (!town(scene, count, static_cast<std::uint64_t>(seed), skip, settings)) {
-                session.note("lod: config/town.txtpb could not be read");
+            const std::string mistakes =
+                read_town(scene, count, static_cast<std::uint64_t>(seed), skip, settings);
+            if (!mistakes.empty()) {
+                session.note("lod: config/town.txtpb could not be read: " + mistakes);
                 return;
             }
             (skip ? skipped : full).push_back(DayTrial(settings).run(seconds));

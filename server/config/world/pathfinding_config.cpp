@@ -218,7 +218,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
 namespace {
 
 /// The most cells of a zone's map where the config names no cells.
-constexpr double kDefaultCells = 1'048'576;
+constexpr double kDefaultCells = 3'000'000;
 constexpr float kDefaultCell_m = 0.5F;
 
 bool has_statics(const Settings& settings) {

@@ -61,9 +61,10 @@ void look(zone::ZoneState& state, const config::Settings& settings, Tick now, Fo
         }
         const Vec3 place = place_of(state, *agent, row, now);
         bool good = (origin + place).cwiseAbs().maxCoeff() < 998.0F;
-        for (const motion::StaticBox& box : state.settings.statics->boxes()) {
-            good = good && !is_inside(box, place);
-        }
+        const motion::StaticGeometry& statics = *state.settings.statics;
+        statics.for_each_near({place, place}, [&](std::uint32_t box) {
+            good = good && !is_inside(statics.box(box), place);
+        });
         found.right += good ? 1U : 0U;
         if (!good) {
             found.wrong.push_back(settings.types[state.entities.type[row]].name);

@@ -82,12 +82,10 @@ TEST(PathfindingInConfigs, HaveCellsByDefaultOfWhichNoZoneHasTooMany) {
                     text);
     };
     expect_paths(wide("1100") + kWall, 0.5F, "over grids, 0.5 m, by default; for guard");
-    // More than a million cells of 0.5 m, and 8192 to a side.
-    expect_paths(wide("2900") + kWall, 1.0F, "over grids, 1 m, by default; for guard");
-    expect_paths(
-        wide("9100") + kWall + "replication { quantization { horizontal_extent_m: 5000 } }\n",
-        2.0F,
-        "over grids, 2 m, by default; for guard");
+    // More than three million cells of 0.5 m, and 8192 to a side.
+    const std::string extent = "replication { quantization { horizontal_extent_m: 5000 } }\n";
+    expect_paths(wide("8000") + kWall + extent, 1.0F, "over grids, 1 m, by default; for guard");
+    expect_paths(wide("9100") + kWall + extent, 2.0F, "over grids, 2 m, by default; for guard");
 }
 
 TEST(PathfindingInConfigs, HaveMapsForTypesThatGoToPlaces) {
