@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 namespace zoned::ai::pathfinding {
@@ -38,9 +39,9 @@ bool walked_there(const motion::StaticGeometry& world,
         state =
             motion::apply_input(state, command, limits, world, path / static_cast<float>(ticks));
     }
-    const float steep =
-        path * std::sqrt(1.0F - limits.max_slope_cos * limits.max_slope_cos) / limits.max_slope_cos;
-    const float rise = limits.step_up + 0.1F * limits.radius + steep;
+    const float steepest =
+        std::sqrt(1.0F - limits.max_slope_cos * limits.max_slope_cos) / limits.max_slope_cos;
+    const float rise = limits.step_up + 0.1F * limits.radius + 0.15F * cell_m * steepest;
     return state.grounded && std::abs(state.position.y() - half - to.floor) <= rise &&
            std::hypot(state.position.x() - to.at.x, state.position.z() - to.at.z) <= 0.15F * cell_m;
 }
@@ -102,6 +103,25 @@ TEST(StepTrial, TellsWithoutATrialWhatATrialGives) {
     }
     EXPECT_GT(made, 1000);
     EXPECT_GT(refused, 200);
+}
+
+/// It comes as near to the middle of the next cell as a step must, at the foot of the wall.
+TEST(StepTrial, OfASmallCharacterEndsBelowARoofNotOnIt) {
+    motion::CharacterLimits limits;
+    limits.radius = 0.1F;
+    limits.half_segment = 0.05F;
+    const Spot roof{1.0F, 0.0F};
+    const auto walks = [&](float height) {
+        const auto box =
+            static_box(Vec3(1.97F, 0.5F * height, 0.0F), Vec3(1.0F, 0.5F * height, 3.0F), 0.0F);
+        StepTrial trial(motion::StaticGeometry({box}, 0.0F), limits, 1.0F);
+        const std::optional<float> floor = trial.stand(roof, height);
+        EXPECT_TRUE(floor.has_value()) << height;
+        return trial.walks({{0.0F, 0.0F}, *trial.stand({0.0F, 0.0F}, 0.0F)}, {roof, *floor});
+    };
+    EXPECT_FALSE(walks(1.2F));
+    EXPECT_FALSE(walks(0.8F));
+    EXPECT_TRUE(walks(0.2F)) << "a step";
 }
 
 TEST(PlanRect, HoldsItsBoxAndIsNoFartherThanIt) {

@@ -46,6 +46,8 @@ StepTrial::StepTrial(const motion::StaticGeometry& world,
     limits_.speed = 1.0F;
     const float carried = std::clamp(limits.max_slope_cos, 0.1F, 1.0F);
     slope_rise_ = limits.radius * (1.0F / carried - 1.0F);
+    steepest_ = std::sqrt(1.0F - carried * carried) / carried;
+    off_floor_m_ = ledge_m_ + steepest_ * kOffMiddle * cell_m;
     for (std::uint32_t box = 0; box < world_.boxes().size(); ++box) {
         plans_.emplace_back(world_, box);
     }
@@ -138,10 +140,8 @@ bool StepTrial::walks(const Foothold& from, const Foothold& to) const {
     const float path = cell_m_ * (diagonal ? std::numbers::sqrt2_v<float> : 1.0F);
     const int ticks =
         static_cast<int>(std::ceil(path / (kShareOfRadius * std::max(limits_.radius, 0.01F))));
-    const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
-    const float steepest = path * std::sqrt(1.0F - carried * carried) / carried;
-    if (to.floor - from.floor > static_cast<float>(ticks) * ledge_m_ + steepest ||
-        is_wall(from, to, ledge_m_ + steepest)) {
+    if (to.floor - from.floor > static_cast<float>(ticks) * ledge_m_ + steepest_ * path ||
+        is_wall(from, to)) {
         return false;  // higher than any stair: no need to try
     }
     motion::CharacterState state;
@@ -168,8 +168,7 @@ bool StepTrial::walks(const Foothold& from, const Foothold& to) const {
         }
     }
     const float off_y = state.position.y() - half_height_ - to.floor;
-    return state.grounded && std::abs(off_y) <= ledge_m_ + steepest &&
-           off_m() <= kOffMiddle * cell_m_;
+    return state.grounded && std::abs(off_y) <= off_floor_m_ && off_m() <= kOffMiddle * cell_m_;
 }
 
 /// What a capsule may touch that walks straight from place to place.
@@ -275,8 +274,8 @@ bool StepTrial::is_level_under(std::uint32_t box, Spot begin, Spot end) const {
     return is_upright(box) && over(begin) && over(end);
 }
 
-/// Whether no slope and no top of a box leads up there, or to less than `off` below it.
-bool StepTrial::is_wall(const Foothold& from, const Foothold& to, float off) const {
+/// Whether no slope and no top of a box leads up there, or as near below it as a step may end.
+bool StepTrial::is_wall(const Foothold& from, const Foothold& to) const {
     // On a rim the capsule may stand lower than the box's top, by its radius at most.
     const float most = ledge_m_ + 2.0F * limits_.radius;
     if (!(to.floor - from.floor > most)) {
@@ -300,8 +299,8 @@ bool StepTrial::is_wall(const Foothold& from, const Foothold& to, float off) con
     for (std::size_t i = 0; i < count && !(tops[i] - reached > most); ++i) {
         reached = std::max(reached, tops[i]);
     }
-    return to.floor - reached > most &&
-           (to.floor - reached > off + limits_.radius || is_in_box(to.at, reached + most, around));
+    return to.floor - reached > most && (to.floor - reached > off_floor_m_ + limits_.radius ||
+                                         is_in_box(to.at, reached + most, around));
 }
 
 /// What a capsule may touch on a trial that arrives: it is never farther from both places together

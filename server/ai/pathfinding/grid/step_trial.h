@@ -63,7 +63,7 @@ class StepTrial {
     [[nodiscard]] bool is_level_under(std::uint32_t box, Spot begin, Spot end) const;
     [[nodiscard]] Aabb around_trial(const Foothold& from, const Foothold& to) const;
     [[nodiscard]] bool is_in_box(Spot at, float height, const Aabb& around) const;
-    [[nodiscard]] bool is_wall(const Foothold& from, const Foothold& to, float off) const;
+    [[nodiscard]] bool is_wall(const Foothold& from, const Foothold& to) const;
 
     motion::StaticGeometry world_;
     motion::CharacterLimits limits_;
@@ -72,6 +72,8 @@ class StepTrial {
     float half_height_;
     float slope_rise_;
     float ledge_m_;                ///< the most that a tick climbs
+    float steepest_ = 0.0F;        ///< rise over run of the steepest ground that carries
+    float off_floor_m_ = 0.0F;     ///< from the floor ahead, for a step that ends off the middle
     std::vector<PlanRect> plans_;  // by box
     std::vector<BoxColumn> columns_;
     std::vector<float> tops_;
