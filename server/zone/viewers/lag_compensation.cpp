@@ -1,8 +1,6 @@
 #include "server/zone/viewers/lag_compensation.h"
 
 #include "server/physics/query/shape_ray.h"
-#include "server/zone/simulation/moving/zone_doors.h"
-#include "server/zone/simulation/moving/zone_platforms.h"
 #include "server/zone/simulation/type_body.h"
 
 #include <algorithm>
@@ -115,6 +113,49 @@ RayResult cast_at_rest(const ZoneState& state,
     return result;
 }
 
+/// Takes a static box for the hit if it is nearer. `direction` has unit length.
+void ray_to_box(const motion::StaticBox& box,
+                const Vec3& origin,
+                const Vec3& direction,
+                RayResult& hit) {
+    float distance = 0.0F;
+    Vec3 normal;
+    if (physics::cast_ray(
+            {physics::Shape::box(box.half_extents), box.centre, box.orientation.toRotationMatrix()},
+            origin,
+            direction,
+            hit.distance,
+            distance,
+            normal) &&
+        (distance < hit.distance || !hit.hit)) {
+        hit.hit = true;
+        hit.entity = EntityId();
+        hit.distance = distance;
+        hit.point = origin + direction * distance;
+        hit.normal = normal;
+    }
+}
+
+/// The nearest of the doors that were shut at a tick and of the platforms where they were then,
+/// within `hit.distance`.
+void ray_to_moving_parts(const ZoneState& state,
+                         Tick tick,
+                         const Vec3& origin,
+                         const Vec3& direction,
+                         RayResult& hit) {
+    const motion::StaticGeometry& statics = *state.settings.statics;
+    const Vec3 end = origin + direction * hit.distance;
+    const Aabb along{origin.cwiseMin(end), origin.cwiseMax(end)};
+    statics.for_each_door_near(along, [&](std::uint32_t door) {
+        if (statics.shut_at(door, tick)) {
+            ray_to_box(statics.doors()[door].box, origin, direction, hit);
+        }
+    });
+    statics.for_each_platform_near(along, [&](std::uint32_t platform) {
+        ray_to_box(statics.platform_box(platform, tick), origin, direction, hit);
+    });
+}
+
 }  // namespace
 
 std::uint32_t record_history(ZoneState& state) {
@@ -162,8 +203,7 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
     const Moment moment = moment_of(state, seen);
     SeenHit best;
     static_cast<RayResult&>(best) = cast_at_rest(state, origin, direction, max_distance, ignore);
-    ray_to_door(state, moment.tick, origin, direction, best);
-    ray_to_platform(state, moment.tick, origin, direction, best);
+    ray_to_moving_parts(state, moment.tick, origin, direction, best);
     best.cut = moment.cut;
     best.rewound_s =
         (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;

@@ -1,6 +1,5 @@
 #include "server/zone/simulation/moving/zone_doors.h"
 
-#include "server/physics/query/shape_ray.h"
 #include "server/zone/simulation/type_body.h"
 #include "shared/core/assert.h"
 #include "shared/motion/apply_input.h"
@@ -93,49 +92,6 @@ std::uint32_t turn_doors(ZoneState& state) {
         wake_resting(state);
     }
     return turned;
-}
-
-bool ray_to_box(const motion::StaticBox& box,
-                const Vec3& origin,
-                const Vec3& direction,
-                RayResult& hit) {
-    float distance = 0.0F;
-    Vec3 normal;
-    if (!physics::cast_ray(
-            {physics::Shape::box(box.half_extents), box.centre, box.orientation.toRotationMatrix()},
-            origin,
-            direction,
-            hit.distance,
-            distance,
-            normal) ||
-        (distance >= hit.distance && hit.hit)) {
-        return false;
-    }
-    hit.hit = true;
-    hit.entity = EntityId();
-    hit.distance = distance;
-    hit.point = origin + direction * distance;
-    hit.normal = normal;
-    return true;
-}
-
-bool ray_to_door(const ZoneState& state,
-                 Tick tick,
-                 const Vec3& origin,
-                 const Vec3& direction,
-                 RayResult& hit) {
-    const motion::StaticGeometry& statics = *state.settings.statics;
-    if (statics.doors().empty()) {
-        return false;
-    }
-    const Vec3 end = origin + direction * hit.distance;
-    bool found = false;
-    statics.for_each_door_near({origin.cwiseMin(end), origin.cwiseMax(end)}, [&](std::uint32_t d) {
-        found = (statics.shut_at(d, tick) &&
-                 ray_to_box(statics.doors()[d].box, origin, direction, hit)) ||
-                found;
-    });
-    return found;
 }
 
 }  // namespace zoned::zone

@@ -1,6 +1,5 @@
 #include "server/zone/simulation/moving/zone_platforms.h"
 
-#include "server/zone/simulation/moving/zone_doors.h"
 #include "server/zone/simulation/type_body.h"
 #include "shared/core/assert.h"
 
@@ -67,25 +66,6 @@ std::uint32_t steer_platforms(ZoneState& state) {
         count += target != before ? 1U : 0U;
     }
     return count;
-}
-
-bool ray_to_platform(const ZoneState& state,
-                     Tick tick,
-                     const Vec3& origin,
-                     const Vec3& direction,
-                     RayResult& hit) {
-    const motion::StaticGeometry& statics = *state.settings.statics;
-    if (statics.platforms().empty()) {
-        return false;
-    }
-    const Vec3 end = origin + direction * hit.distance;
-    bool found = false;
-    statics.for_each_platform_near(
-        {origin.cwiseMin(end), origin.cwiseMax(end)}, [&](std::uint32_t platform) {
-            found =
-                ray_to_box(statics.platform_box(platform, tick), origin, direction, hit) || found;
-        });
-    return found;
 }
 
 }  // namespace zoned::zone

@@ -17,11 +17,4 @@ std::uint32_t moving_platforms(const ZoneState& state);
 /// many move.
 std::uint32_t steer_platforms(ZoneState& state);
 
-/// As ray_to_door(), of platforms where they were at a tick.
-bool ray_to_platform(const ZoneState& state,
-                     Tick tick,
-                     const Vec3& origin,
-                     const Vec3& direction,
-                     RayResult& hit);
-
 }  // namespace zoned::zone
