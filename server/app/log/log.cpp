@@ -175,11 +175,12 @@ Log::Log(const config::LogSettings& settings, std::ostream* out) {
 
 Log::~Log() {
     LogState& state = log_state();
-    // The queue is written when its thread is joined.
     spdlog::set_default_logger(std::make_shared<spdlog::logger>(
         "zoned", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
-    state.loggers.fill(nullptr);
+    // The queue is written when its thread is joined. That thread is the last to use loggers and
+    // sinks.
     state.pool = nullptr;
+    state.loggers.fill(nullptr);
 }
 
 void Log::set_levels(const config::LogSettings& settings) {
