@@ -122,8 +122,10 @@ constexpr bool is_dense() {
 /// the geometries that shapes share.
 class ArchiveLoans {
   public:
+    /// In place of what was lent of this type before: each zone lends its own.
     template <class T>
     void lend(T& value) {
+        std::erase_if(loans_, [](const auto& loan) { return loan.first == tag_of<T>(); });
         loans_.emplace_back(tag_of<T>(), &value);
     }
 

@@ -147,5 +147,18 @@ TEST(FieldArchive, RefusesKeysInNoOrderAndPartsThatAreTooLong) {
     EXPECT_EQ(half.wrong(), "part: 4 bytes are left over");
 }
 
+TEST(FieldArchive, LendsTheLastOfAType) {
+    std::vector<std::uint8_t> bytes;
+    FieldWriter writer(bytes);
+    int first = 1;
+    double other = 2.0;
+    int second = 3;
+    writer.lend(first);
+    writer.lend(other);
+    writer.lend(second);
+    EXPECT_EQ(&writer.lent<int>(), &second);
+    EXPECT_EQ(&writer.lent<double>(), &other);
+}
+
 }  // namespace
 }  // namespace zoned::core
