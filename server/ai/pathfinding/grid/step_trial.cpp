@@ -171,7 +171,7 @@ bool StepTrial::walks(const Foothold& from, const Foothold& to) const {
     return state.grounded && std::abs(off_y) <= off_floor_m_ && off_m() <= kOffMiddle * cell_m_;
 }
 
-/// What a capsule may touch that walks straight from place to place.
+/// Bounds of all that a capsule may touch on a straight walk from place to place.
 Aabb StepTrial::around_step(const Foothold& from, const Foothold& to) const {
     const float reach = limits_.radius + kClear;
     const float low = std::min(from.floor, to.floor);
@@ -303,8 +303,8 @@ bool StepTrial::is_wall(const Foothold& from, const Foothold& to) const {
                                          is_in_box(to.at, reached + most, around));
 }
 
-/// What a capsule may touch on a trial that arrives: it is never farther from both places together
-/// than walks() has it.
+/// Bounds of all that a capsule may touch on a trial that arrives: it is never farther from both
+/// places together than walks() has it.
 Aabb StepTrial::around_trial(const Foothold& from, const Foothold& to) const {
     const float path = Vec2(to.at.x - from.at.x, to.at.z - from.at.z).norm();
     const float more = kOffMiddle * cell_m_ + limits_.radius;

@@ -243,7 +243,7 @@ void RegionNextHop::find_exits(const GridMap& map, std::uint32_t square, std::ui
     s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
 }
 
-/// Those of `old_` that lead to another square.
+/// Keeps the exits of `old_` that lead to another square.
 void RegionNextHop::keep_exits(std::uint32_t square, std::uint16_t region, std::uint32_t beyond) {
     Square& s = squares_[square];
     const std::uint32_t steps = std::uint32_t{s.boxes[region].width} * s.boxes[region].height;
