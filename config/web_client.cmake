@@ -31,7 +31,7 @@ if(ZONED_WEB_CLIENT)
   # A few large sources: what takes the time is Eigen.
   set(WEB_OBJECTS)
   list(LENGTH WEB_SOURCES COUNT)
-  set(BATCH 16)
+  set(BATCH 45)
   math(EXPR LAST "(${COUNT} - 1) / ${BATCH}")
   set(WASM_OPTIONS --target=wasm32-wasi -std=c++20 -O2 -DNDEBUG -fno-exceptions -fno-rtti -ffp-contract=off -DEIGEN_DONT_VECTORIZE -fvisibility=hidden
     -ffunction-sections -fdata-sections -Wall -Wextra -Werror -isystem ${EIGEN3_INCLUDE_DIRS} -I ${PROJECT_SOURCE_DIR})

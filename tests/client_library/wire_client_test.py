@@ -21,6 +21,7 @@ SANDBOX = proto_messages.Schema(PROTO / "sandbox.proto")
 CORNERS = ((-3.0, -3.0), (6.0, -3.0), (6.0, 6.0), (-3.0, 6.0))
 PAUSE = range(90, 132)  # of each 150 ticks: the server repeats the last command, then the avatar stands
 JUMP_EVERY, SPRINT_LEG = 40, 2
+PAUSED_SAMPLES, PAUSED_S = 6, 20  # own states of pauses, in which some faults show alone, and how long they may take
 FROZEN_AUDITS = 3  # all is published as it stands when the world stops; audits come every 15 ticks
 # Half an ulp of positions within 64 m of a zone's origin is 2^-19 m. A border is crossed within 16 ticks of the newest
 # state that was told: two changes of coordinates and 16 sums of either side, on three axes.
@@ -91,6 +92,13 @@ class Play:
         self.test.assertTrue(self.client.run(5, heard), "a chat line that nobody heard")
         self.test.assertEqual(heard(), [(b"Ann", self.client.session.welcome.client_id)])
 
+    def go_on(self):
+        """Plays until there are own states of pauses: bots in the way and lost packets cost some."""
+        paused = lambda: sum(sample.missing for sample in clean_samples(self.client.player)[0])
+        end = time.monotonic() + PAUSED_S
+        while paused() < PAUSED_SAMPLES and time.monotonic() < end:
+            self.client.run(1)
+
     def freeze(self):
         """Stops the world, until the truth of the frozen world has come twice."""
         self.client.session.send("freeze", {"on": True})
@@ -134,7 +142,7 @@ class Play:
         self.test.assertGreater(self.course.leg, 2)
         for sample in clean:
             self.test.assertLessEqual(sample.error, CROSSING_M if sample.crossed else 0.0, vars(sample))
-        self.test.assertGreater(sum(sample.missing for sample in clean), 2)
+        self.test.assertGreaterEqual(sum(sample.missing for sample in clean), PAUSED_SAMPLES)
         self.test.assertGreater(sum(not sample.grounded for sample in clean), 1)
 
     def replayed(self, world=None):
@@ -150,7 +158,7 @@ class Play:
         for name, fault in self.own_faults():
             with fault:
                 clean, _ = clean_samples(self.replayed(self.wrong(name)))
-                self.test.assertGreater(sum(sample.error > CROSSING_M for sample in clean), 2, name)
+                self.test.assertTrue(any(sample.error > CROSSING_M for sample in clean), name)
 
     def wrong(self, name):
         """The world of Welcome, wrong in one number where the fault is one of these."""
@@ -196,6 +204,7 @@ class Worlds(unittest.TestCase):
             play = Play(self, server)
             play.client.run(6)
             play.says("hello")
+            play.go_on()
             play.freeze()
             print("\nminimal, shared records")
             self.assertEqual((play.client.player.counts["coded"], play.client.player.troubles), (0, []))
@@ -212,6 +221,7 @@ class Worlds(unittest.TestCase):
             play.client.session.send("view_reset", {"reason": "a test"})
             play.client.run(4)
             play.says("hello")
+            play.go_on()
             play.freeze()
             print("\narena, coded records, 40 ms and 5 % loss each way")
             counts = play.client.player.counts

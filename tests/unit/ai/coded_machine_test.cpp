@@ -1,3 +1,4 @@
+// build: computes
 // State machines in code: names are resolved whatever their order, mistakes are refused, and agents
 // with code live as agents with the same machine as data, seen and unseen.
 #include "server/ai/decision/state_machine/state_diagram.h"

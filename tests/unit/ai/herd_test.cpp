@@ -1,3 +1,4 @@
+// build: computes
 // Off-screen herds: they roam as herds in view do.
 #include "tests/unit/ai/field.h"
 

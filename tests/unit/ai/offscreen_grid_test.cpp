@@ -1,3 +1,4 @@
+// build: computes
 // The off-screen grid holds suspended agents by their squares; the event queue gives their next
 // changes by tick.
 #include "server/ai/agent/offscreen_grid.h"

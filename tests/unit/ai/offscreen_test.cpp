@@ -1,3 +1,4 @@
+// build: computes
 // Off-screen agents: they go from event to event, and resume as if they had been simulated.
 #include "server/ai/agent/agent_fields.h"
 #include "tests/unit/ai/field.h"

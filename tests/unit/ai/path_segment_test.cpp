@@ -1,3 +1,4 @@
+// build: computes
 // Path segments: the places of their walkers, against movement's own function.
 #include "server/ai/agent/path_segment.h"
 

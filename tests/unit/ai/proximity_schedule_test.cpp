@@ -1,3 +1,4 @@
+// build: computes
 // Off-screen agents that look for others: they are suspended until they may meet one, and live as
 // if they had never been suspended.
 #include "server/ai/offscreen/proximity_schedule.h"

@@ -1,3 +1,4 @@
+// build: computes
 // Paths saved and loaded beside agents: all goes on bit for bit; invalid bytes are refused.
 #include "server/ai/serialization/serialize_paths.h"
 

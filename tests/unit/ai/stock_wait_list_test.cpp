@@ -1,3 +1,4 @@
+// build: computes
 // Off-screen agents wait for stock instead of checking it. Their actions, goods and the remaining
 // stock are the same to the last bit as if they had checked it at each decision.
 #include "server/ai/serialization/serialize_agents.h"

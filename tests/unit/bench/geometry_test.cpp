@@ -1,3 +1,4 @@
+// build: computes
 #include "tests/scenario/penetration.h"
 #include "tests/scenario/solid_geometry.h"
 #include "shared/core/rng.h"

@@ -1,3 +1,4 @@
+// build: computes
 #include "tests/scenario/penetration.h"
 
 #include "tests/scenario/overlaps.h"

@@ -1,3 +1,4 @@
+// build: computes
 #include "shared/motion/apply_input.h"
 
 #include "shared/core/rng.h"

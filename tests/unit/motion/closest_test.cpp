@@ -1,3 +1,4 @@
+// build: computes
 #include "shared/math/closest.h"
 
 #include "tests/unit/motion/random_vector.h"

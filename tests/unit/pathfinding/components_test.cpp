@@ -1,3 +1,4 @@
+// build: computes
 #include "server/ai/pathfinding/grid/components.h"
 
 #include "tests/unit/pathfinding/grid_reference.h"

@@ -1,3 +1,4 @@
+// build: computes
 #include "server/ai/pathfinding/hierarchy/region_next_hop.h"
 
 #include "tests/unit/pathfinding/grid_reference.h"

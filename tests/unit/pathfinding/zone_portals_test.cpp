@@ -1,3 +1,4 @@
+// build: computes
 #include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include "server/ai/pathfinding/grid_search/grid_planner.h"

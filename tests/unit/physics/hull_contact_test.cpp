@@ -1,3 +1,4 @@
+// build: computes
 // Hulls against all convex shapes: manifolds against brute force.
 #include "server/physics/narrowphase/gjk.h"
 #include "server/physics/narrowphase/hull_axis.h"

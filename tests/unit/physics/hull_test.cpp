@@ -1,3 +1,4 @@
+// build: computes
 #include "server/physics/shapes/convex/hull.h"
 
 #include "server/physics/shapes/compound/inertia.h"

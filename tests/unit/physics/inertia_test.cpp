@@ -1,3 +1,4 @@
+// build: computes
 #include "server/physics/shapes/compound/inertia.h"
 
 #include <gtest/gtest.h>

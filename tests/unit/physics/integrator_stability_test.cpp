@@ -1,3 +1,4 @@
+// build: computes
 // Integrators: the steps at which they are stable, and refused settings.
 #include "server/physics/integrator/stability.h"
 #include "tests/unit/physics/integrator_test.h"

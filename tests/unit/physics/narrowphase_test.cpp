@@ -1,3 +1,4 @@
+// build: computes
 #include "server/physics/narrowphase/narrowphase.h"
 
 #include "tests/unit/physics/thing.h"

@@ -1,3 +1,4 @@
+// build: computes
 #include "server/physics/query/shape_ray.h"
 
 #include "tests/unit/physics/hulls.h"

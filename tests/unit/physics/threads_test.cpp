@@ -1,3 +1,4 @@
+// build: computes
 #include "server/compute/worker_pool.h"
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound/compound.h"

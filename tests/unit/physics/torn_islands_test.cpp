@@ -1,3 +1,4 @@
+// build: computes
 // Islands that a blow tears are solved again with more substeps.
 #include "tests/unit/physics/joint_scene.h"
 

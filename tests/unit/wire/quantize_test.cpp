@@ -1,3 +1,4 @@
+// build: computes
 #include "shared/wire/quantize.h"
 
 #include "tests/unit/wire/wire_samples.h"

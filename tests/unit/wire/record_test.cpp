@@ -1,3 +1,4 @@
+// build: computes
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/wire/wire_samples.h"
 #include "shared/core/rng.h"
