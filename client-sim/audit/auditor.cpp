@@ -305,9 +305,10 @@ void Auditor::compare_entity(const Context& context,
         truth.radii_tick <= previous_tick_ && context.avatar_radii <= previous_tick_ &&
         context.tick - truth.radii_tick >= context.grace &&
         context.tick - context.avatar_radii >= context.grace &&
-        // The entity may have been out of reach or sight between two records. A client that was
-        // notified of that must be notified of its return within the grace.
-        (version == nullptr || context.tick - version->event_tick >= context.grace);
+        // The entity may have been out of reach or sight between two records, as where somebody
+        // looks round through a spyglass. Nobody knows when it came back: perhaps just now.
+        (version == nullptr || (version->event_tick <= previous_tick_ &&
+                                context.tick - version->event_tick >= context.grace));
     if (due && was_postponed(context)) {
         ++tally.missing_notified;
     } else if (due) {
