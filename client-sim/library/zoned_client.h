@@ -184,7 +184,7 @@ typedef struct zoned_client_avatar {
     uint32_t id;
     uint32_t zone;
     uint32_t grounded; /* 1: stands on something */
-    uint32_t carried;  /* 1: rides on something, which moves it */
+    uint32_t carried;  /* 1: rides on something, which moves it, or is hidden and stands */
     float yaw;         /* rad */
     double position[3];
     double eye[3]; /* where it looks from */

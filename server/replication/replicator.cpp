@@ -310,7 +310,7 @@ OwnNow Replicator::Impl::own_state(Tick now,
                           entities.velocity[row],
                           entities.yaw[row],
                           entities.has(row, world::kGrounded),
-                          entities.has(row, world::kCarried)};
+                          entities.has(row, world::kCarried) || entities.has(row, world::kHidden)};
     const auto input =
         std::lower_bound(own.begin(), own.end(), client, [](const OwnInput& i, ClientId id) {
             return i.client < id;

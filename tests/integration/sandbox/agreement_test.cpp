@@ -173,5 +173,29 @@ TEST_F(Agreed, DivergenceIsFoundAndResetAndTurnsTheVerdict) {
     EXPECT_EQ(stats_.confirmed, 0u);
 }
 
+/// Who is dead stands still on his own screen as well. He learns of it within a round trip, the
+/// ticks between two own states and the lead of his commands: some 15 ticks of 1/60 s at 5 m/s.
+TEST_F(GameTest, NobodyWalksOnWhileHeIsDead) {
+    server.config = kShootersWorld;
+    server.config += R"(
+world { name: "meadow" seed: 7 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
+spawn { x_m: 0 z_m: 0 } spawn { x_m: 2 z_m: 0 }
+lod { position_bound_m: 0.05 orientation_bound_rad: 0.1 }
+rules { name: "respawn_s" value: "3" }
+)";
+    server.config_is_text = true;
+    bots.bots = 4;
+    bots.seconds = 20.0;
+    bots.mix = *bot::parse_mix("fight:1,wander:1");
+    const auto report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    std::uint64_t deaths = 0;
+    for (const auto& bot : swarm->bots()) {
+        deaths += bot->ledger().deaths();
+    }
+    EXPECT_GT(deaths, 3u);
+    EXPECT_LT(report.own_correction_m.max(), 1.25);
+}
+
 }  // namespace
 }  // namespace zoned::harness
