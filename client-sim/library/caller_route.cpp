@@ -12,8 +12,8 @@ void CallerRoute::opened() {
     if (!wanted_ || std::exchange(open_, true)) {
         return;
     }
-    if (events_.opened_inside) {
-        events_.opened_inside();
+    if (events_.opened) {
+        events_.opened(true);
     }
 }
 

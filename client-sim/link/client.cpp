@@ -52,17 +52,10 @@ Client::~Client() {
 
 void Client::listen() {
     TransportEvents events;
-    events.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
+    events.opened = [this](bool inside) {
         Incoming in;
         in.kind = Incoming::IncomingKind::kOpened;
-        in.down = down;
-        in.up = up;
-        incoming_.push_back(std::move(in));
-    };
-    events.opened_inside = [this] {
-        Incoming in;
-        in.kind = Incoming::IncomingKind::kOpened;
-        in.inside = true;
+        in.inside = inside;
         incoming_.push_back(std::move(in));
     };
     events.frame = [this](Bytes frame) {
@@ -147,14 +140,6 @@ void Client::on_opened(const Incoming& incoming) {
         return;
     }
     stats_.websocket = incoming.inside;
-    if (incoming.inside) {
-        channel_.unseal();
-    } else if (!channel_.rekey(incoming.down, incoming.up)) {
-        trouble_ = "the cryptography library does not offer AES-128-GCM";
-        transport_.close();
-        state_ = SessionState::kClosed;
-        return;
-    }
     wire::HelloMessage hello;
     hello.protocol_version = kProtocolVersion;
     hello.config_digest = login_.config_digest;
@@ -189,11 +174,15 @@ void Client::receive(std::monostate /*nothing*/, double /*now_s*/) {
 void Client::on_malformed() {
     ++stats_.malformed_frames;
     if (state_ == SessionState::kConnecting) {
-        trouble_ = "the answer cannot be read: this is no server of protocol version " +
-                   std::to_string(kProtocolVersion);
-        transport_.close();
-        state_ = SessionState::kClosed;
+        give_up("the answer cannot be read: this is no server of protocol version " +
+                std::to_string(kProtocolVersion));
     }
+}
+
+void Client::give_up(std::string trouble) {
+    trouble_ = std::move(trouble);
+    transport_.close();
+    state_ = SessionState::kClosed;
 }
 
 void Client::receive(const wire::JoinedMessage& joined, double now_s) {
@@ -274,9 +263,27 @@ void Client::drop_acknowledged(std::uint64_t through) {
     }
 }
 
+bool Client::take_keys(const wire::WelcomeMessage& welcome) {
+    if (stats_.websocket) {
+        channel_.unseal();
+        return true;
+    }
+    const auto down = wire::SealKey::from(welcome.datagram_key_down);
+    const auto up = wire::SealKey::from(welcome.datagram_key_up);
+    if (!down || !up) {
+        give_up("the server's welcome has no keys for datagrams");
+    } else if (!channel_.rekey(*down, *up)) {
+        give_up("the cryptography library does not offer AES-128-GCM");
+    }
+    return state_ == SessionState::kConnecting;
+}
+
 void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
     if (state_ != SessionState::kConnecting) {
         ++stats_.malformed_frames;
+        return;
+    }
+    if (!take_keys(welcome)) {
         return;
     }
     state_ = SessionState::kOnline;

@@ -15,7 +15,7 @@
 
 namespace zoned::link {
 
-inline constexpr std::uint32_t kProtocolVersion = 7;
+inline constexpr std::uint32_t kProtocolVersion = 8;
 
 /// The login of a client. `ticket` is a serialised Ticket (proto/session.proto) or empty (a server
 /// in development mode).
@@ -155,9 +155,7 @@ class Client {
         } kind = IncomingKind::kFrame;
         Bytes bytes;
         std::string reason;
-        wire::SealKey down;
-        wire::SealKey up;
-        bool inside = false;  ///< kOpened: a WebSocket, without keys
+        bool inside = false;  ///< kOpened: a WebSocket
     };
 
     enum class UplinkPath : std::uint8_t {
@@ -178,6 +176,9 @@ class Client {
     void on_opened(const Incoming& incoming);
     void on_frame(const Bytes& frame, double now_s);
     void receive(const wire::WelcomeMessage& welcome, double now_s);
+    /// False: no datagram can be sealed.
+    [[nodiscard]] bool take_keys(const wire::WelcomeMessage& welcome);
+    void give_up(std::string trouble);
     void receive(const wire::RefusedMessage& refused, double now_s);
     void receive(const wire::EventMessage& event, double now_s);
     void receive(const wire::JoinedMessage& joined, double now_s);

@@ -74,7 +74,6 @@ void ConditionedTransport::set_events(TransportEvents events) {
     events_ = std::move(events);
     TransportEvents inner;
     inner.opened = events_.opened;
-    inner.opened_inside = events_.opened_inside;
     inner.frame = [this](Bytes frame) {
         down_frames_.push(network_.now_s_, std::move(frame));
     };

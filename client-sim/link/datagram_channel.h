@@ -52,8 +52,8 @@ class DatagramChannel {
     /// The server promises at least two datagrams a second; a little more than that is silence.
     static constexpr double kSilenceS = 0.75;
 
-    /// New keys (a stream was opened). Sequences go on: under a new key none is used twice. False:
-    /// there is no cryptography for them.
+    /// New keys (Welcome on a new stream). Sequences go on: under a new key none is used twice.
+    /// False: there is no cryptography for them.
     bool rekey(const wire::SealKey& down, const wire::SealKey& up);
     /// A stream was opened that protects datagrams by itself: they travel as they are.
     void unseal();

@@ -21,8 +21,7 @@ inline constexpr std::size_t kMostFrameBytes = 16U << 20U;
 
 /// Callbacks of a stream, from within advance(). Nothing is called after close().
 struct StreamEvents {
-    std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
-    std::function<void()> opened_inside;  ///< a WebSocket: it has no keys
+    std::function<void(bool inside)> opened;  ///< inside: a WebSocket
     std::function<void(Bytes frame)> frame;
     std::function<void(std::string reason)> closed;
 };

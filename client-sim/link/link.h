@@ -2,7 +2,6 @@
 // network.
 #pragma once
 
-#include "shared/wire/seal.h"
 #include "shared/wire/session/session_messages.h"
 
 #include <cstdint>
@@ -17,11 +16,9 @@ using Bytes = std::vector<std::uint8_t>;
 
 /// Callbacks from a transport to its client. Called from within Transport's own driving calls only.
 struct TransportEvents {
-    /// Stream is up (TLS done); keys derive from its exporter.
-    std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
-    /// In its place for a WebSocket, which protects what it carries: datagrams travel inside it as
-    /// they are, and there is no UDP.
-    std::function<void()> opened_inside = {};
+    /// Stream is up. `inside`: it is a WebSocket, which protects what it carries: datagrams travel
+    /// inside it as they are, and there is no UDP.
+    std::function<void(bool inside)> opened;
     std::function<void(Bytes frame)> frame;        ///< one serialised ServerMessage
     std::function<void(Bytes datagram)> datagram;  ///< UDP payload with this client's connection id
     std::function<void(std::string reason)> closed;  ///< stream is gone; empty reason: orderly

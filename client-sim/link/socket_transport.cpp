@@ -128,14 +128,8 @@ void SocketTransport::open() {
 
 StreamEvents SocketTransport::events_of(ServerRoute* to) {
     StreamEvents events;
-    events.opened = [this, to](const wire::SealKey& down, const wire::SealKey& up) {
-        to->down = down;
-        to->up = up;
-        to->is_open = true;
-        report_open();
-    };
-    events.opened_inside = [this, to] {
-        to->is_inside = true;
+    events.opened = [this, to](bool inside) {
+        to->is_inside = inside;
         to->is_open = true;
         report_open();
     };
@@ -159,10 +153,8 @@ void SocketTransport::report_open() {
         return;
     }
     route_->is_open = false;
-    if (route_->is_inside && events_.opened_inside) {
-        events_.opened_inside();
-    } else if (!route_->is_inside && events_.opened) {
-        events_.opened(route_->down, route_->up);
+    if (events_.opened) {
+        events_.opened(route_->is_inside);
     }
 }
 

@@ -110,11 +110,9 @@ class SocketTransport final : public Transport {
         std::string certificate;
         Trust trust;
         std::shared_ptr<FrameStream> stream;
-        bool is_used = false;  // not just prepared
-        bool is_open = false;  // and its client has not heard of it
-        wire::SealKey down{};  // of an open stream ...
-        wire::SealKey up{};
-        bool is_inside = false;  // ... or it protects what it carries
+        bool is_used = false;    // not just prepared
+        bool is_open = false;    // and its client has not heard of it
+        bool is_inside = false;  // it protects what it carries
     };
 
     [[nodiscard]] std::shared_ptr<ServerRoute> route_to(

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 namespace zoned::link {
 
@@ -207,23 +206,6 @@ TlsResult TlsSession::write(std::span<const std::uint8_t> bytes, std::size_t& si
 void TlsSession::shut_down() {
     ERR_clear_error();
     SSL_shutdown(ssl_.get());
-}
-
-bool TlsSession::export_key(const char* label, wire::SealKey& key) {
-    std::array<std::uint8_t, 28> material{};
-    if (SSL_export_keying_material(ssl_.get(),
-                                   material.data(),
-                                   material.size(),
-                                   label,
-                                   std::strlen(label),
-                                   nullptr,
-                                   0,
-                                   0) != 1) {
-        return false;
-    }
-    std::copy_n(material.begin(), key.key.size(), key.key.begin());
-    std::copy_n(material.begin() + key.key.size(), key.salt.size(), key.salt.begin());
-    return true;
 }
 
 }  // namespace zoned::link

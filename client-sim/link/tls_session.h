@@ -50,8 +50,6 @@ class TlsSession {
     TlsResult write(std::span<const std::uint8_t> bytes, std::size_t& size);
     /// Tells the server that nothing more comes.
     void shut_down();
-    /// RFC 8446, section 7.5. False: OpenSSL cannot.
-    [[nodiscard]] bool export_key(const char* label, wire::SealKey& key);
 
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
 

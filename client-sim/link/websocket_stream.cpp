@@ -86,8 +86,8 @@ void WebSocketStream::take_answer(std::span<const std::uint8_t> bytes) {
     const std::vector<std::uint8_t> rest(answer_.begin() + static_cast<std::ptrdiff_t>(length),
                                          answer_.end());
     answer_ = {};
-    if (events_.opened_inside) {
-        events_.opened_inside();
+    if (events_.opened) {
+        events_.opened(true);
     }
     take_messages(rest);
 }

@@ -51,18 +51,6 @@ std::size_t read_prefix(const std::uint8_t* p) {
            (static_cast<std::size_t>(p[2]) << 16) | (static_cast<std::size_t>(p[3]) << 24);
 }
 
-bool export_key(SSL* ssl, const char* label, wire::SealKey& out) {
-    std::array<std::uint8_t, 28> bytes{};
-    if (SSL_export_keying_material(
-            ssl, bytes.data(), bytes.size(), label, std::strlen(label), nullptr, 0, 0) != 1) {
-        return false;
-    }
-    std::copy_n(bytes.begin(), out.key.size(), out.key.begin());
-    std::copy_n(bytes.begin() + out.key.size(), out.salt.size(), out.salt.begin());
-    OPENSSL_cleanse(bytes.data(), bytes.size());
-    return true;
-}
-
 }  // namespace
 
 void add_refusals(const TlsStats& stats, std::map<std::string, std::uint64_t>& counts) {
@@ -129,27 +117,24 @@ void StreamConnection::on_handshake(const asio::error_code& ec) {
         read_upgrade();
         return;
     }
-    DatagramKeys keys;
-    SSL* ssl = stream_.tls()->native_handle();
-    if (ec || !export_key(ssl, wire::kExporterLabelDown, keys.down) ||
-        !export_key(ssl, wire::kExporterLabelUp, keys.up)) {
+    if (ec) {
         ++events_->stats.handshake_failed;
         finish("the TLS handshake failed");
         return;
     }
-    open(&keys);
+    open();
     if (state_ == ConnectionState::kOpen) {
         read();
     }
 }
 
-void StreamConnection::open(const DatagramKeys* keys) {
+void StreamConnection::open() {
     deadline_.cancel();
     state_ = ConnectionState::kOpen;
     opened_ = true;
     ++events_->stats.opened;
     if (events_->opened) {
-        events_->opened(*this, keys);
+        events_->opened(*this);
     }
 }
 

@@ -5,7 +5,6 @@
 #include "server/net/socket_address.h"
 #include "server/net/web_stream.h"
 #include "shared/core/token_bucket.h"
-#include "shared/wire/seal.h"
 #include "shared/wire/websocket/websocket_frames.h"
 
 #include <asio/steady_timer.hpp>
@@ -70,17 +69,11 @@ struct WebSocketGate {
     std::vector<std::string> origins;
 };
 
-struct DatagramKeys {
-    wire::SealKey down;
-    wire::SealKey up;
-};
-
 class StreamConnection;
 
 /// The callbacks of a connection to its listener; shared, so that pending handlers outlive neither.
 struct ConnectionEvents {
-    /// A WebSocket has no keys: nullptr.
-    std::function<void(StreamConnection&, const DatagramKeys*)> opened;
+    std::function<void(StreamConnection&)> opened;
     std::function<void(StreamConnection&, std::span<const std::uint8_t>)> frame;
     std::function<void(StreamConnection&, const std::string&)>
         closed;  ///< once, whether opened or not
@@ -121,6 +114,8 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
 
     [[nodiscard]] bool opened() const { return opened_; }
 
+    [[nodiscard]] bool is_websocket() const { return gate_ != nullptr; }
+
     /// How long the client has taken so far, without its wait for a turn, s.
     [[nodiscard]] double spent_s() const {
         return std::chrono::duration<double>(Clock::now() - since_).count();
@@ -148,7 +143,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
     void on_read(const asio::error_code& ec, std::size_t bytes);
     /// Hands over the whole frames in the buffer; false when the connection is no longer open.
     bool take_frames();
-    void open(const DatagramKeys* keys);
+    void open();
 
     // ---- stream_websocket.cpp
     void read_upgrade();

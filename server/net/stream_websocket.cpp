@@ -98,7 +98,7 @@ void StreamConnection::answer_upgrade(std::size_t length) {
               in_.begin());
     filled_ -= length;
     start_writing();
-    open(nullptr);
+    open();
     if (state_ == ConnectionState::kOpen && take_messages()) {
         read();
     }

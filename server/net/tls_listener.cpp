@@ -121,9 +121,9 @@ void TlsListener::Impl::bind() {
 
 void TlsListener::Impl::connect_events() {
     // The listener outlives none of these: its destructor empties them.
-    events->opened = [this](StreamConnection& c, const DatagramKeys* keys) {
-        if (keys != nullptr) {
-            callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), c.spent_s(), *keys);
+    events->opened = [this](StreamConnection& c) {
+        if (!c.is_websocket()) {
+            callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), c.spent_s());
         } else {
             callbacks.on_websocket(c.number(), c.peer(), c.local(), c.spent_s());
         }

@@ -33,9 +33,7 @@ struct TlsSettings {
 /// Events of streams, from the thread of the io_context, never from within a call of the listener.
 struct TlsCallbacks {
     /// `spent_s`: how long the client took from its connection on, without its wait for a turn.
-    std::function<
-        void(StreamNumber, const Address& peer, bool loopback, double spent_s, const DatagramKeys&)>
-        on_open;
+    std::function<void(StreamNumber, const Address& peer, bool loopback, double spent_s)> on_open;
     /// In its place for a WebSocket. `local`: the client is on this machine, as far as proxies say.
     std::function<void(StreamNumber, const Address& peer, bool local, double spent_s)>
         on_websocket = {};

@@ -52,7 +52,7 @@ struct HostSettings : HostLimits {
     /// The same for a WebSocket, which is the only way of its client: what waits is old.
     std::size_t max_websocket_backlog_bytes = 8192;
     std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
-    std::uint32_t protocol_version = 7;
+    std::uint32_t protocol_version = 8;
     std::string config_digest;
     std::string world_name;  ///< in a cluster; empty: the server is in none
     std::string audience;    ///< the world that a ticket may be for; one for another is refused

@@ -6,14 +6,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace zoned::wire {
 
-/// Key and nonce salt of one direction, taken from the TLS exporter (RFC 8446, section 7.5). Each
-/// copy is wiped at its end.
+/// Random key and nonce salt of one direction, which Welcome tells. Each copy is wiped at its end.
 struct SealKey {
+    static constexpr std::size_t kBytes = 28;  ///< key (16), then salt (12)
+
     SealKey() = default;
     SealKey(const SealKey&) = default;
     SealKey& operator=(const SealKey&) = default;
@@ -27,13 +31,27 @@ struct SealKey {
         wipe(salt.data(), salt.size());
     }
 
+    /// As Welcome tells it.
+    [[nodiscard]] std::string bytes() const {
+        std::string out(key.begin(), key.end());
+        out.append(salt.begin(), salt.end());
+        return out;
+    }
+
+    /// Nothing where it has another length.
+    [[nodiscard]] static std::optional<SealKey> from(std::string_view bytes) {
+        if (bytes.size() != kBytes) {
+            return std::nullopt;
+        }
+        SealKey out;
+        std::copy_n(bytes.begin(), out.key.size(), out.key.begin());
+        std::copy_n(bytes.begin() + out.key.size(), out.salt.size(), out.salt.begin());
+        return out;
+    }
+
     std::array<std::uint8_t, 16> key{};
     std::array<std::uint8_t, 12> salt{};
 };
-
-/// Labels of the exporter; 28 bytes each are exported: key then salt.
-inline constexpr char kExporterLabelDown[] = "EXPERIMENTAL zoned datagrams down";
-inline constexpr char kExporterLabelUp[] = "EXPERIMENTAL zoned datagrams up";
 
 /// Seals or opens datagrams with one key. The nonce is the salt XOR the 64-bit sequence, as in
 /// TLS 1.3: a sequence must never be sealed twice under one key. Not thread-safe; no allocation

@@ -32,9 +32,10 @@ def field(number, payload):
     return varint(number << 3 | 2) + varint(len(payload)) + payload
 
 
-def welcome(world=None):
+def welcome(world=None, key_bytes=28):
     inner = b"\x08\x01\x10\x02\x18\x09" + field(4, b"0123456789abcdef") + b"\x28\x1e"
-    return frame(field(1, inner + (field(9, world) if world is not None else b"")))
+    keys = field(21, bytes(28)) + field(22, bytes(key_bytes))
+    return frame(field(1, inner + (field(9, world) if world is not None else b"") + keys))
 
 
 def doubles(*values):
@@ -176,6 +177,10 @@ class Hostile(unittest.TestCase):
         for world in (None, b"", RATE, GOOD_WORLD + field(5, b""), GOOD_WORLD + field(6, b""),
                       GOOD_WORLD + b"\x09" + struct.pack("<d", float("nan"))):
             self.assertIn("the server's world makes no sense", self.meet(says(welcome(world))))
+
+    def test_welcomes_with_keys_of_another_length(self):
+        for length in (0, 27, 29, 5000):
+            self.assertIn("has no keys for datagrams", self.meet(says(welcome(GOOD_WORLD, length))))
 
     def test_welcomes_and_then_sends_random_frames(self):
         dice = random.Random(5)

@@ -1,4 +1,4 @@
-"""TLS 1.3 with its exporter, and AES-128-GCM, of OpenSSL 3: Python's own modules have neither."""
+"""TLS 1.3 and AES-128-GCM of OpenSSL 3."""
 
 import ctypes
 import hashlib
@@ -6,7 +6,7 @@ import socket
 
 SSL = ctypes.CDLL("libssl.so.3")
 CRYPTO = ctypes.CDLL("libcrypto.so.3")
-POINTER, INT, SIZE = ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t
+POINTER, INT = ctypes.c_void_p, ctypes.c_int
 
 CTRL_MODE, CTRL_MIN_VERSION = 33, 123
 TLS_1_3 = 0x0304
@@ -36,8 +36,6 @@ WRITE = declare(SSL, "SSL_write", INT, POINTER, ctypes.c_char_p, INT)
 GET_ERROR = declare(SSL, "SSL_get_error", INT, POINTER, INT)
 SHUTDOWN = declare(SSL, "SSL_shutdown", INT, POINTER)
 PEER_CERTIFICATE = declare(SSL, "SSL_get1_peer_certificate", POINTER, POINTER)
-EXPORT = declare(SSL, "SSL_export_keying_material", INT, POINTER, POINTER, SIZE, ctypes.c_char_p, SIZE, ctypes.c_char_p,
-                 SIZE, INT)
 CERTIFICATE_FREE = declare(CRYPTO, "X509_free", None, POINTER)
 CERTIFICATE_DER = declare(CRYPTO, "i2d_X509", INT, POINTER, POINTER)
 CLEAR_ERRORS = declare(CRYPTO, "ERR_clear_error", None)
@@ -80,13 +78,6 @@ class TlsStream:
         CERTIFICATE_DER(certificate, ctypes.byref(ctypes.c_void_p(ctypes.addressof(der))))
         CERTIFICATE_FREE(certificate)
         return hashlib.sha256(der.raw).digest()
-
-    def export(self, label, count):
-        """Bytes of the exporter with an empty context."""
-        out = ctypes.create_string_buffer(count)
-        if EXPORT(self.ssl, out, count, label, len(label), b"", 0, 1) != 1:
-            raise ConnectionError("TLS exports no keys")
-        return out.raw
 
     def read(self):
         """All that has come; a ConnectionError at the end of the stream."""

@@ -4,8 +4,6 @@ import struct
 
 import openssl
 
-DOWN_LABEL = b"EXPERIMENTAL zoned datagrams down"
-UP_LABEL = b"EXPERIMENTAL zoned datagrams up"
 KEY_BYTES, SALT_BYTES = 16, 12
 REPLAY_WINDOW = 1024
 UNBOUNDED = 63

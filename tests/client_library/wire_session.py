@@ -13,7 +13,7 @@ from openssl import TlsStream
 
 PROTO = pathlib.Path(__file__).resolve().parents[2] / "proto"
 SCHEMA = proto_messages.Schema(PROTO / "session.proto")
-PROTOCOL_VERSION = 7
+PROTOCOL_VERSION = 8
 PATIENCE_S = 10.0
 SILENCE_S, SURE_S, ASKS_ONE_IN, PROBES_ONE_IN = 2.0, 0.5, 8, 30
 UDP, ASKING, STREAM = "UDP", "asking", "stream"
@@ -98,8 +98,6 @@ class Session:
 
     def say_hello(self, more):
         """Until there is an answer."""
-        self.up_seal, down_seal = [wire_datagrams.Seal(self.stream.export(label, 28))
-                                   for label in (wire_datagrams.UP_LABEL, wire_datagrams.DOWN_LABEL)]
         self.send("hello", {"protocol_version": PROTOCOL_VERSION, **self.hello, **more})
         self.welcome, end = None, time.monotonic() + PATIENCE_S
         while not self.welcome:
@@ -107,11 +105,13 @@ class Session:
                 raise ConnectionError("no answer to Hello")
             select.select([self.stream.socket], [], [], 0.1)
             self.read_stream()
-        self.begin(down_seal)
+        self.begin()
 
-    def begin(self, down_seal):
+    def begin(self):
         """After Welcome."""
         welcome = self.welcome
+        self.up_seal, down_seal = [wire_datagrams.Seal(key)
+                                   for key in (welcome.datagram_key_up, welcome.datagram_key_down)]
         self.world = welcome.world or self.world
         if self.incoming and not welcome.recovered:
             self.incoming.seal = down_seal

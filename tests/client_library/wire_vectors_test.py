@@ -10,6 +10,7 @@ import proto_messages
 import wire_datagrams
 import wire_motion
 import wire_records
+import wire_session
 from coded_records import Quantization, single
 from coded_records_test import NAMES, TYPE_OF_THE_EXAMPLES, WIDTHS, blocks
 
@@ -95,7 +96,7 @@ class Datagrams(unittest.TestCase):
     def test_frames(self):
         schema = proto_messages.Schema(PROTO / "session.proto")
         hello, = blocks("hello-frame")
-        body = schema.encode("ClientMessage", {"hello": {"protocol_version": 7, "name": "Ann"}})
+        body = schema.encode("ClientMessage", {"hello": {"protocol_version": wire_session.PROTOCOL_VERSION, "name": "Ann"}})
         self.assertEqual(len(body).to_bytes(4, "little") + body, bytes_of(hello))
         refused, = blocks("refused-frame")
         message = schema.decode("ServerMessage", bytes_of(refused)[4:])

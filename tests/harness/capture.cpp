@@ -92,6 +92,8 @@ void read_frame(Capture& c, const link::Bytes& frame) {
     if (message.has_welcome()) {
         c.client = ClientId(message.welcome().client_id());
         c.channel.set_connection(message.welcome().connection_id());
+        c.channel.rekey(wire::SealKey::from(message.welcome().datagram_key_down()).value(),
+                        wire::SealKey::from(message.welcome().datagram_key_up()).value());
         if (!message.welcome().resumed()) {
             c.channel.restart();
             c.coded.reset();
@@ -114,10 +116,6 @@ class CaptureTransport final : public TransportTap {
           capture_(std::move(capture)) {}
 
   private:
-    void on_opened(const wire::SealKey& down, const wire::SealKey& up) override {
-        capture_->channel.rekey(down, up);
-    }
-
     void on_frame(link::Bytes& frame) override { read_frame(*capture_, frame); }
 
     void on_datagram(link::Bytes& datagram) override {

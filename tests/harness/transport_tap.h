@@ -16,10 +16,7 @@ class TransportTap : public link::Transport {
     void set_events(link::TransportEvents events) final {
         events_ = std::move(events);
         link::TransportEvents heard;
-        heard.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
-            on_opened(down, up);
-            events_.opened(down, up);
-        };
+        heard.opened = events_.opened;
         heard.frame = [this](link::Bytes frame) {
             on_frame(frame);
             events_.frame(std::move(frame));
@@ -48,8 +45,6 @@ class TransportTap : public link::Transport {
 
   protected:
     /// Before the client hears of it.
-    virtual void on_opened(const wire::SealKey& /*down*/, const wire::SealKey& /*up*/) {}
-
     virtual void on_frame(link::Bytes& /*frame*/) {}
 
     virtual void on_datagram(link::Bytes& /*datagram*/) {}

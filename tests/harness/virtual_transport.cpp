@@ -1,26 +1,8 @@
 #include "tests/harness/virtual_transport.h"
 
 #include "tests/harness/virtual_server.h"
-#include "shared/core/rng.h"
 
 namespace zoned::harness {
-
-namespace {
-
-/// Keys in place of the TLS exporter's: different for each stream and direction.
-wire::SealKey key_of(std::uint64_t stream, std::uint64_t direction) {
-    core::Rng rng(stream, direction);
-    wire::SealKey key;
-    for (std::uint8_t& byte : key.key) {
-        byte = static_cast<std::uint8_t>(rng.next());
-    }
-    for (std::uint8_t& byte : key.salt) {
-        byte = static_cast<std::uint8_t>(rng.next());
-    }
-    return key;
-}
-
-}  // namespace
 
 VirtualTransport::VirtualTransport(VirtualServer& server, std::uint32_t number)
     : server_(&server),
@@ -98,14 +80,12 @@ void VirtualTransport::deliver_up(double now_s) {
     if (opening_) {
         opening_ = false;
         stream_ = session::StreamId(++server_->next_stream_);
-        down_key_ = key_of(stream_.value, 0);
-        up_key_ = key_of(stream_.value, 1);
         server_->streams_[stream_.value] = this;
         ending_ = false;
         opened_ = true;
-        server_->host_->on_stream_open(stream_, true, down_key_, up_key_, now_s);
+        server_->host_->on_stream_open(stream_, true, now_s);
         if (events_.opened) {
-            events_.opened(down_key_, up_key_);
+            events_.opened(false);
         }
     }
     link::Bytes bytes;

@@ -60,8 +60,6 @@ class VirtualTransport final : public link::Transport {
     bool opened_ = false;
     bool ending_ = false;
     bool cut_ = false;
-    wire::SealKey down_key_;
-    wire::SealKey up_key_;
     link::Conditioner frames_up_;
     link::Conditioner frames_down_;
     link::Conditioner datagrams_up_;

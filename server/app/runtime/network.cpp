@@ -80,15 +80,12 @@ void Network::allow_origins(std::vector<std::string> origins) {
 
 net::TlsCallbacks Network::callbacks() {
     net::TlsCallbacks callbacks;
-    callbacks.on_open = [this](net::StreamNumber stream,
-                               const mailbox::Address& from,
-                               bool loopback,
-                               double spent_s,
-                               const net::DatagramKeys& keys) {
-        host_.on_stream_open(
-            session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds() - spent_s);
-        host_.set_peer(session::StreamId(stream), from);
-    };
+    callbacks.on_open =
+        [this](
+            net::StreamNumber stream, const mailbox::Address& from, bool loopback, double spent_s) {
+            host_.on_stream_open(session::StreamId(stream), loopback, steady_seconds() - spent_s);
+            host_.set_peer(session::StreamId(stream), from);
+        };
     callbacks.on_websocket =
         [this](net::StreamNumber stream, const mailbox::Address& from, bool local, double spent_s) {
             host_.on_websocket_open(session::StreamId(stream), local, steady_seconds() - spent_s);

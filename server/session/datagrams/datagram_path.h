@@ -22,7 +22,7 @@ class DatagramPath {
   public:
     DatagramPath(const wire::SealKey& down, const wire::SealKey& up, const RateSettings& rate);
 
-    /// Takes the keys of a new TLS session. Datagrams sealed with the old keys no longer open.
+    /// Takes the keys of a new stream. Datagrams sealed with the old keys no longer open.
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
 
     /// From now on datagrams travel inside a stream that protects them, without a seal. None that

@@ -24,9 +24,7 @@ namespace zoned::session {
 /// A stream that finished its handshake and that the host has not closed.
 struct ClientStream {
     bool loopback = false;
-    wire::SealKey down;
-    wire::SealKey up;
-    bool websocket = false;  ///< no keys: datagrams are not sealed, and have no other way
+    bool websocket = false;  ///< its datagrams are not sealed, and have no other way
     bool logged_in = false;
     mailbox::Address peer;
     std::optional<Identity> storing = {};  ///< of a login that waits until it is stored
@@ -53,8 +51,8 @@ struct SessionHost::Impl {
                 const std::optional<std::array<double, 3>>& place,
                 double now_s);
     void resume(StreamId stream, const proto::Hello& hello, double now_s);
-    static void carry_datagrams(Session& session, const ClientStream& stream);
-    void send_welcome(const Session& session, bool resumed);
+    /// The answer to Hello on the session's newest stream.
+    void welcome(Session& session, const ClientStream& stream, bool resumed);
     void refuse(StreamId stream, const Refusal& refusal, const proto::Redirect* redirect = nullptr);
     void refuse_world(StreamId stream, const std::string& wanted);
 

@@ -1,5 +1,6 @@
 #include "server/session/host/host_impl.h"
 #include "server/session/host/server_messages.h"
+#include "server/session/login/secrets.h"
 #include "shared/core/assert.h"
 #include "shared/core/utf8.h"
 
@@ -205,18 +206,17 @@ void SessionHost::Impl::let_in(StreamId stream,
                                double now_s) {
     make_room_for(identity);
     ClientStream& state = streams.at(stream);
-    Session& session = table.create(settings, state.down, state.up, stream);
+    Session& session = table.create(settings, stream);
     session.identity = std::move(identity);
     session.last_heard_s = now_s;
     session.peer = state.peer;
-    carry_datagrams(session, state);
     if (session.identity.nonce) {
         nonces.insert(*session.identity.nonce, session.identity.expires_s);
     }
     state.logged_in = true;
     stats.sessions = static_cast<std::uint32_t>(table.all().size());
     stats.sessions_max = std::max(stats.sessions_max, stats.sessions);
-    send_welcome(session, false);
+    welcome(session, state, false);
     note(SessionNote::Kind::kJoined, session, "");
     if (settings.journaled) {
         output.to_zones(begun_of(session));
@@ -270,7 +270,6 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     ClientStream& state = streams.at(stream);
     state.logged_in = true;
     table.attach(*session, stream);
-    carry_datagrams(*session, state);
     session->last_heard_s = now_s;
     session->peer = state.peer;
     look_at_reach(*session, now_s);
@@ -280,7 +279,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     session->progress_due = true;
     // A session that outlived its process knew the digest alone.
     std::copy_n(hello.resume_token().begin(), session->token.size(), session->token.begin());
-    send_welcome(*session, true);
+    welcome(*session, state, true);
     session->recovered = false;
     note(SessionNote::Kind::kResumed, *session, "");
     if (session->joined) {
@@ -288,18 +287,6 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     }
     for (const EventQueue::QueuedEvent& entry : session->events.waiting()) {
         send(stream, event_frame(entry.number, entry.body));
-    }
-}
-
-/// The newest stream of a session says how its datagrams travel.
-void SessionHost::Impl::carry_datagrams(Session& session, const ClientStream& stream) {
-    session.inside_stream = stream.websocket;
-    session.unanswered.reset();
-    if (stream.websocket) {
-        session.path.unseal();
-        session.route = Route::kStream;
-    } else {
-        session.path.rekey(stream.down, stream.up);
     }
 }
 
@@ -330,8 +317,22 @@ void SessionHost::number_sessions_after(ClientId client) {
     impl_->table.number_after(client);
 }
 
-void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
+/// The newest stream of a session says how its datagrams travel: inside it, or sealed with keys
+/// that nobody has had before.
+void SessionHost::Impl::welcome(Session& session, const ClientStream& stream, bool resumed) {
     proto::Welcome welcome;
+    session.inside_stream = stream.websocket;
+    session.unanswered.reset();
+    if (stream.websocket) {
+        session.path.unseal();
+        session.route = Route::kStream;
+    } else {
+        const wire::SealKey down = random_key();
+        const wire::SealKey up = random_key();
+        session.path.rekey(down, up);
+        welcome.set_datagram_key_down(down.bytes());
+        welcome.set_datagram_key_up(up.bytes());
+    }
     welcome.set_client_id(session.client.value);
     welcome.set_connection_id(session.connection);
     welcome.set_udp_port(udp_port);

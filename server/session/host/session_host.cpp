@@ -281,16 +281,12 @@ SessionHost::SessionHost(HostSettings settings, SessionOutput output)
 
 SessionHost::~SessionHost() = default;
 
-void SessionHost::on_stream_open(StreamId stream,
-                                 bool loopback,
-                                 const wire::SealKey& down,
-                                 const wire::SealKey& up,
-                                 double connected_s) {
-    impl_->add_stream(stream, ClientStream{loopback, down, up, false, false, {}}, connected_s);
+void SessionHost::on_stream_open(StreamId stream, bool loopback, double connected_s) {
+    impl_->add_stream(stream, ClientStream{loopback, false, false, {}}, connected_s);
 }
 
 void SessionHost::on_websocket_open(StreamId stream, bool local, double connected_s) {
-    impl_->add_stream(stream, ClientStream{local, {}, {}, true, false, {}}, connected_s);
+    impl_->add_stream(stream, ClientStream{local, true, false, {}}, connected_s);
 }
 
 void SessionHost::on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s) {

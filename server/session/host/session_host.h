@@ -132,11 +132,7 @@ class SessionHost {
 
     /// A stream finished its TLS handshake. The keys derive from its exporter; `loopback` says
     /// whether the peer is local. The time for the login counts from `connected_s`.
-    void on_stream_open(StreamId stream,
-                        bool loopback,
-                        const wire::SealKey& down,
-                        const wire::SealKey& up,
-                        double connected_s);
+    void on_stream_open(StreamId stream, bool loopback, double connected_s);
     /// A WebSocket was opened. It protects what it carries, so datagrams travel in it as they are,
     /// and never by UDP. `local`: the client is on this machine.
     void on_websocket_open(StreamId stream, bool local, double connected_s);

@@ -22,20 +22,10 @@ std::uint64_t prefix_of(const TokenDigest& digest) {
     return prefix;
 }
 
-wire::SealKey unknown_key() {
-    wire::SealKey key;
-    random_bytes(key.key);
-    random_bytes(key.salt);
-    return key;
-}
-
 }  // namespace
 
-Session& SessionTable::create(const HostSettings& settings,
-                              const wire::SealKey& down,
-                              const wire::SealKey& up,
-                              StreamId stream) {
-    auto owned = std::make_unique<Session>(settings, down, up);
+Session& SessionTable::create(const HostSettings& settings, StreamId stream) {
+    auto owned = std::make_unique<Session>(settings);
     Session& session = *owned;
     session.client = ClientId{last_client_ + 1};
     do {
@@ -53,8 +43,8 @@ Session& SessionTable::create(const HostSettings& settings,
 Session& SessionTable::restore(const HostSettings& settings,
                                ClientId client,
                                const TokenDigest& digest) {
-    // No datagram opens before the client comes back with keys of its own.
-    auto owned = std::make_unique<Session>(settings, unknown_key(), unknown_key());
+    // No datagram opens before the client comes back, and Welcome tells it the keys.
+    auto owned = std::make_unique<Session>(settings);
     Session& session = *owned;
     session.client = client;
     session.token_digest = digest;

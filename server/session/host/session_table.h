@@ -8,6 +8,7 @@
 #include "server/session/host/session_host.h"
 #include "server/session/input_gate.h"
 #include "server/session/login/login.h"
+#include "server/session/login/secrets.h"
 #include "shared/core/containers/id_table.h"
 #include "shared/core/token_bucket.h"
 
@@ -40,8 +41,8 @@ struct PacedState {
 
 /// A logged-in client, with or without a live stream.
 struct Session {
-    Session(const HostSettings& settings, const wire::SealKey& down, const wire::SealKey& up)
-        : path(down, up, settings.rate),
+    explicit Session(const HostSettings& settings)
+        : path(random_key(), random_key(), settings.rate),
           commands(settings.max_commands_per_s, 2.0 * settings.max_commands_per_s),
           datagrams(settings.max_datagrams_per_s, settings.max_datagrams_per_s),
           frames(settings.max_frames_per_s, 2.0 * settings.max_frames_per_s),
@@ -99,10 +100,7 @@ struct Session {
 class SessionTable {
   public:
     /// A new session with its ids. `stream` must be new to the table.
-    Session& create(const HostSettings& settings,
-                    const wire::SealKey& down,
-                    const wire::SealKey& up,
-                    StreamId stream);
+    Session& create(const HostSettings& settings, StreamId stream);
     /// A session of a process that died, under its old number. No stream, no token.
     Session& restore(const HostSettings& settings, ClientId client, const TokenDigest& digest);
 

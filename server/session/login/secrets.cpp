@@ -17,6 +17,13 @@ void random_bytes(std::span<std::uint8_t> out) {
     }
 }
 
+wire::SealKey random_key() {
+    wire::SealKey key;
+    random_bytes(key.key);
+    random_bytes(key.salt);
+    return key;
+}
+
 std::uint32_t random_nonzero_u32() {
     for (;;) {
         std::array<std::uint8_t, 4> b{};

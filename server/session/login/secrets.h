@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shared/core/result.h"
+#include "shared/wire/seal.h"
 
 #include <array>
 #include <cstdint>
@@ -13,6 +14,9 @@ namespace zoned::session {
 /// Fills `out` from the operating system's random source; throws std::runtime_error when there is
 /// none.
 void random_bytes(std::span<std::uint8_t> out);
+
+/// A key that nobody has had before.
+[[nodiscard]] wire::SealKey random_key();
 
 /// A random number that is not zero.
 [[nodiscard]] std::uint32_t random_nonzero_u32();

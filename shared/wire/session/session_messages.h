@@ -168,6 +168,8 @@ struct WelcomeMessage {
     std::uint32_t rights = 0;
     bool recovered = false;
     std::string world_name;
+    std::string datagram_key_down;
+    std::string datagram_key_up;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.client_id);
@@ -182,6 +184,8 @@ struct WelcomeMessage {
         visit(10, m.rights);
         visit(11, m.recovered);
         visit(20, m.world_name);
+        visit(21, m.datagram_key_down);
+        visit(22, m.datagram_key_up);
     }
 };
 

@@ -26,8 +26,12 @@ class SpoilingTransport final : public TransportTap {
           spoiling_(std::move(spoiling)) {}
 
   private:
-    void on_opened(const wire::SealKey& down, const wire::SealKey& /*up*/) override {
-        seal_.emplace(down);
+    void on_frame(link::Bytes& frame) override {
+        wire::ServerMessage message;
+        ASSERT_TRUE(wire::decode_message(frame, message));
+        if (const auto* welcome = std::get_if<wire::WelcomeMessage>(&message.message)) {
+            seal_.emplace(wire::SealKey::from(welcome->datagram_key_down).value());
+        }
     }
 
     void on_datagram(link::Bytes& datagram) override {

@@ -242,7 +242,7 @@ std::pair<int, int> measured(core::TokenBucket bucket) {
 }
 
 TEST(WireDocumentLimits, OfRatesAreThoseOfAServerThatSetsNothing) {
-    const session::Session fresh(host_settings(loaded()), {}, {});
+    const session::Session fresh(host_settings(loaded()));
     std::map<std::string, const core::TokenBucket*> code{{"datagrams", &fresh.datagrams},
                                                          {"frames of any kind", &fresh.frames},
                                                          {"`Command`", &fresh.commands},
@@ -278,7 +278,7 @@ TEST(WireDocumentServer, RefusesAnotherVersionWithTheBytesOfThePage) {
     output.close_stream = [](session::StreamId) {
     };
     session::SessionHost host(settings, output);
-    host.on_stream_open(session::StreamId(1), true, {}, {}, 0.0);
+    host.on_stream_open(session::StreamId(1), true, 0.0);
     proto::ClientMessage message;
     message.mutable_hello()->set_protocol_version(
         static_cast<std::uint32_t>(e.number("client_version")));

@@ -378,6 +378,15 @@ TEST_F(ClientTest, ClosesForGoodWhenRefused) {
     EXPECT_EQ(server->opens, 1);
 }
 
+TEST_F(ClientTest, ClosesForGoodWhereWelcomeHasNoKeys) {
+    make();
+    server->keyless = true;
+    run_for(1.0);
+    EXPECT_EQ(client->state(), SessionState::kClosed);
+    EXPECT_EQ(client->trouble(), "the server's welcome has no keys for datagrams");
+    EXPECT_EQ(recorder.welcomes, 0);
+}
+
 TEST_F(ClientTest, AcceptsEachDatagramOnce) {
     ConditionerSettings path;
     path.duplicate = 1.0;

@@ -156,11 +156,11 @@ void FakeServer::advance(double now_s) {
             down_.emplace(wire::Seal::none());
             up_.emplace(wire::Seal::none());
             tunnel_ = true;
-            events_.opened_inside();
+            events_.opened(true);
         } else {
             down_.emplace(key_of(key_turn_, 0));
             up_.emplace(key_of(key_turn_, 1));
-            events_.opened(key_of(key_turn_, 0), key_of(key_turn_, 1));
+            events_.opened(false);
         }
     }
     link::Bytes bytes;
@@ -351,6 +351,10 @@ void FakeServer::hello(const proto::Hello& hello) {
     welcome.set_last_command(resumed ? last_command_ : 0);
     welcome.set_rights(rights);
     welcome.set_config_digest("fake");
+    if (!websocket) {
+        welcome.set_datagram_key_down(key_of(key_turn_, 0).bytes());
+        welcome.set_datagram_key_up(keyless ? "" : key_of(key_turn_, 1).bytes());
+    }
     if (!resumed) {
         *welcome.mutable_world() = world();
         next_sequence_ = 1;

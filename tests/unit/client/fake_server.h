@@ -96,6 +96,7 @@ class FakeServer final : public link::Transport {
     bool refuse = false;
     bool udp_blocked = false;
     bool websocket = false;  ///< streams carry datagrams as they are, and there is no UDP
+    bool keyless = false;    ///< Welcome has a key for one direction alone
     bool stalled = false;
     /// Stands still: nothing is read, sent or ticked, and its clock loses the time, as that of a
     /// server does that drops the ticks of a stall.

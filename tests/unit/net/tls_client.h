@@ -39,22 +39,6 @@ class TlsClient {
 
     void allow_at_most(int version) { SSL_set_max_proto_version(stream_.native_handle(), version); }
 
-    wire::SealKey exported(const char* label) {
-        std::array<std::uint8_t, 28> bytes{};
-        SSL_export_keying_material(stream_.native_handle(),
-                                   bytes.data(),
-                                   bytes.size(),
-                                   label,
-                                   std::strlen(label),
-                                   nullptr,
-                                   0,
-                                   0);
-        wire::SealKey key;
-        std::copy_n(bytes.begin(), 16, key.key.begin());
-        std::copy_n(bytes.begin() + 16, 12, key.salt.begin());
-        return key;
-    }
-
     /// The first message of a handshake.
     static std::string client_hello() {
         asio::ssl::context context(asio::ssl::context::tls_client);

@@ -50,18 +50,14 @@ class Server {
   public:
     explicit Server(const TlsSettings& settings) {
         TlsCallbacks callbacks;
-        callbacks.on_open = [this](StreamNumber n,
-                                   const Address&,
-                                   bool loopback,
-                                   double client_spent_s,
-                                   const auto& k) {
-            record([&] {
-                opened.push_back(n);
-                spent_s.push_back(client_spent_s);
-                keys[n] = k;
-                all_loopback = all_loopback && loopback;
-            });
-        };
+        callbacks.on_open =
+            [this](StreamNumber n, const Address&, bool loopback, double client_spent_s) {
+                record([&] {
+                    opened.push_back(n);
+                    spent_s.push_back(client_spent_s);
+                    all_loopback = all_loopback && loopback;
+                });
+            };
         callbacks.on_frame = [this](StreamNumber n, std::span<const std::uint8_t> frame) {
             const std::string text(frame.begin(), frame.end());
             record([&] { frames.push_back(text); });
@@ -148,7 +144,6 @@ class Server {
     std::condition_variable changed;
     std::vector<StreamNumber> opened;
     std::vector<double> spent_s;
-    std::map<StreamNumber, DatagramKeys> keys;
     bool all_loopback = true;
     std::vector<std::string> frames;
     std::vector<std::string> closed;
@@ -174,25 +169,6 @@ class Server {
         ASSERT_TRUE(changed.wait_for(lock, 5s, [&] { return done; }));
     }
 };
-
-TEST(TlsListener, GivesBothEndsTheSameKeysForDatagrams) {
-    const StateDir dir;
-    Server server(settings_in(dir));
-    TlsClient a;
-    TlsClient b;
-    ASSERT_TRUE(a.connect(server.port)) << a.error.message();
-    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
-    ASSERT_TRUE(b.connect(server.port)) << b.error.message();
-    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 2; }));
-    const DatagramKeys& keys = server.keys[1];
-    EXPECT_EQ(keys.down.key, a.exported(wire::kExporterLabelDown).key);
-    EXPECT_EQ(keys.down.salt, a.exported(wire::kExporterLabelDown).salt);
-    EXPECT_EQ(keys.up.key, a.exported(wire::kExporterLabelUp).key);
-    EXPECT_EQ(keys.up.salt, a.exported(wire::kExporterLabelUp).salt);
-    EXPECT_NE(keys.down.key, keys.up.key);
-    EXPECT_NE(server.keys[2].down.key, keys.down.key);
-    EXPECT_TRUE(server.all_loopback);
-}
 
 TEST(TlsListener, CarriesFramesOfAnySizeHoweverTheyAreCut) {
     const StateDir dir;

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+
 namespace zoned::session {
 namespace {
 
@@ -41,6 +44,29 @@ TEST_F(Datagrams, CarryCommandsToTheZonesOnce) {
     EXPECT_EQ(input_ticks(), (std::vector<Tick>{t, t + 1, t + 2, t + 3, t + 4}));
     EXPECT_TRUE(host.host.stats().rejected.empty());
     EXPECT_EQ(host.host.stats().packets_in, 2U);
+}
+
+TEST_F(Datagrams, HaveKeysOfTheirOwnOnEachStream) {
+    std::set<std::string> keys;
+    const auto note = [&](const FakeClient& one) {
+        for (const std::string& key :
+             {one.answer.welcome().datagram_key_down(), one.answer.welcome().datagram_key_up()}) {
+            EXPECT_EQ(key.size(), wire::SealKey::kBytes);
+            EXPECT_TRUE(keys.insert(key).second) << "a key was given twice";
+        }
+    };
+    note(client);
+    FakeClient other(host);
+    ASSERT_TRUE(other.log_in());
+    note(other);
+    const Bytes before = client.make_datagram(1, commands_at(host.tick, 1));
+    client.drop();
+    ASSERT_TRUE(client.resume(0));
+    note(client);
+    deliver(before);
+    EXPECT_EQ(host.rejected("not_authentic"), 1U);
+    deliver(client.make_datagram(2, commands_at(host.tick, 1)));
+    EXPECT_EQ(input_ticks().size(), 1U);
 }
 
 TEST_F(Datagrams, AreRefusedWhenReplayed) {

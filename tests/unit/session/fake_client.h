@@ -24,18 +24,6 @@ struct SentDatagram {
     Bytes bytes;
 };
 
-/// Keys as a TLS exporter would give them: different for every stream.
-inline wire::SealKey test_key(std::uint64_t stream, std::uint8_t direction) {
-    wire::SealKey key;
-    for (std::size_t i = 0; i < key.key.size(); ++i) {
-        key.key[i] = static_cast<std::uint8_t>((stream >> (8 * (i % 8))) + 31 * i + direction);
-    }
-    for (std::size_t i = 0; i < key.salt.size(); ++i) {
-        key.salt[i] = static_cast<std::uint8_t>(stream * 7 + i * 3 + direction);
-    }
-    return key;
-}
-
 inline mailbox::Address test_address(std::uint16_t port) {
     mailbox::Address address;
     address.ip[15] = 1;
@@ -79,11 +67,7 @@ class TestHost {
     /// `spent_s`: how long ago the client connected.
     StreamId open(bool loopback = true, double spent_s = 0.0) {
         const StreamId stream{++last_stream};
-        host.on_stream_open(stream,
-                            loopback,
-                            test_key(stream.value, 1),
-                            test_key(stream.value, 2),
-                            now_s - spent_s);
+        host.on_stream_open(stream, loopback, now_s - spent_s);
         return stream;
     }
 
@@ -149,7 +133,7 @@ class TestHost {
 
 inline proto::ClientMessage hello_message(const std::string& name = "ann") {
     proto::ClientMessage message;
-    message.mutable_hello()->set_protocol_version(7);
+    message.mutable_hello()->set_protocol_version(HostSettings{}.protocol_version);
     message.mutable_hello()->set_name(name);
     return message;
 }
@@ -188,8 +172,6 @@ class FakeClient {
         if (peer) {
             host_->host.set_peer(stream, *peer);
         }
-        down.emplace(test_key(stream.value, 1));
-        up.emplace(test_key(stream.value, 2));
         host_->send(stream, hello);
         auto& queue = host_->frames[stream];
         if (queue.empty()) {
@@ -203,6 +185,9 @@ class FakeClient {
         client = ClientId{answer.welcome().client_id()};
         connection = answer.welcome().connection_id();
         token = answer.welcome().resume_token();
+        up_key = wire::SealKey::from(answer.welcome().datagram_key_up()).value();
+        up.emplace(up_key);
+        down.emplace(wire::SealKey::from(answer.welcome().datagram_key_down()).value());
         return true;
     }
 
@@ -269,6 +254,7 @@ class FakeClient {
     proto::ServerMessage answer;
     std::optional<wire::Seal> down;
     std::optional<wire::Seal> up;
+    wire::SealKey up_key;  ///< of the newest stream with keys
 
   private:
     TestHost* host_;

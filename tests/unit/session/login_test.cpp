@@ -43,7 +43,7 @@ void expect_refused(TestHost& host,
     EXPECT_FALSE(client.log_in(hello, loopback));
     EXPECT_EQ(client.answer.refused().reason(), reason);
     EXPECT_THAT(client.answer.refused().text(), testing::HasSubstr(text));
-    EXPECT_EQ(client.answer.refused().protocol_version(), 7U);
+    EXPECT_EQ(client.answer.refused().protocol_version(), dev_settings().protocol_version);
     EXPECT_EQ(host.closed.count(client.stream), 1U);
     EXPECT_EQ(host.rejected(counter), before + 1);
     EXPECT_TRUE(host.take<mailbox::Join>().empty());
@@ -84,12 +84,14 @@ TEST(Login, TakesNameTeamAndRightsFromTheTicket) {
 TEST(Login, RefusesOtherVersionsAndDigestsAndNamesBothSides) {
     TestHost host(dev_settings());
     proto::ClientMessage hello = hello_message();
-    hello.mutable_hello()->set_protocol_version(8);
+    const std::uint32_t own = dev_settings().protocol_version;
+    hello.mutable_hello()->set_protocol_version(own + 1);
     expect_refused(host,
                    hello,
                    proto::REFUSED_PROTOCOL_VERSION,
                    "login_version",
-                   "version 8, the server speaks version 7: update the server");
+                   "version " + std::to_string(own + 1) + ", the server speaks version " +
+                       std::to_string(own) + ": update the server");
     hello = hello_message();
     hello.mutable_hello()->set_config_digest("decaf");
     expect_refused(host,

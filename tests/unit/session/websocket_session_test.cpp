@@ -128,11 +128,12 @@ TEST_F(WebSocketSession, MovesBetweenATlsStreamAndAWebSocket) {
     client.drop();
     ASSERT_TRUE(come_back());
     EXPECT_TRUE(client.answer.welcome().resumed());
+    EXPECT_TRUE(client.answer.welcome().datagram_key_up().empty());
     client.state(2);
     ASSERT_EQ(carried().size(), 1U);
     EXPECT_EQ(host.datagrams.size(), 1U);
     // The keys of the stream before open nothing any more.
-    client.up.emplace(test_key(1, 2));
+    client.up.emplace(client.up_key);
     client.send_datagram(commands_at(host.tick + 2, 1));
     EXPECT_TRUE(host.take<mailbox::Input>().empty());
     client.drop();
