@@ -334,6 +334,53 @@ network { tcp_port: 0 udp_port: 0 }
 session { dev_mode_loopback: true }
 )";
 
+TEST_F(Viewer, DrawsDoorsAndPlatformsWhereRulesHaveMovedThem) {
+    const std::string folder = scratch_folder();
+    std::ofstream(folder + "/gates.lua")
+        << "function on_join() set_door('gate', true, 0.5) move_platform('lift', 1, 0.5) end\n";
+    std::ofstream(folder + "/gates.txtpb") << R"(
+world { name: "gates" }
+zones { zone_grid { columns: 1 rows: 1 } }
+spawn { x_m: 0 z_m: -9 }
+lod { position_bound_m: 0.05 orientation_bound_rad: 0.1 }
+script { file: "gates.lua" avatar: "player" }
+door { name: "post" moved_by: RULES box { x_m: 9 y_m: 1 z_m: 0 size { x_m: 1 y_m: 2 z_m: 1 } } }
+door { name: "gate" moved_by: RULES box { x_m: 5 y_m: 1 z_m: 0 size { x_m: 1 y_m: 2 z_m: 3 } } }
+platform {
+  name: "ferry" speed_mps: 1
+  box { x_m: -9 y_m: 0.15 z_m: 0 size { x_m: 2 y_m: 0.2 z_m: 2 } }
+  stop { x_m: -9 y_m: 0.15 z_m: 8 }
+}
+platform {
+  name: "lift" moved_by: RULES speed_mps: 2
+  box { x_m: -5 y_m: 0.15 z_m: 0 size { x_m: 2 y_m: 0.2 z_m: 2 } }
+  stop { x_m: -5 y_m: 4.15 z_m: 0 }
+}
+type {
+  name: "player" kind: CHARACTER
+  capsule { radius_m: 0.4 length_m: 1 } mass_kg: 80 aura_m { normal: 60 } nimbus_m { normal: 60 } character { }
+}
+session { dev_mode_loopback: true }
+)";
+    serve_instead(folder + "/gates.txtpb");
+    ASSERT_GT(admin_port, 0);
+    open_world("gates");
+    const std::string shut = "zoned.renderer.shutDoors";
+    const std::string lift = "Number(zoned.renderer.movedTo.split(',')[11])";  // y of the second
+    EXPECT_TRUE(browser->wait_until(shut + " === 'post,gate'"));
+    EXPECT_TRUE(browser->wait_until("Math.abs(" + lift + " - 0.15) < 1e-5"))
+        << browser->evaluate(lift);
+    const Child bot("client-sim", players(1, 60));
+    EXPECT_TRUE(browser->wait_until(shut + " === 'post'", kPatience)) << bot.errors();
+    EXPECT_TRUE(browser->wait_until("Math.abs(" + lift + " - 4.15) < 1e-5", kPatience))
+        << browser->evaluate(lift);
+    // Whoever looks later sees the same.
+    open_world("gates");
+    EXPECT_TRUE(browser->wait_until(shut + " === 'post'"));
+    EXPECT_TRUE(browser->wait_until("Math.abs(" + lift + " - 4.15) < 1e-5"));
+    expect_no_errors();
+}
+
 TEST_F(Viewer, DrawsTheFlowFieldToAGoalThatManyShare) {
     const std::string config = scratch_folder() + "/gate.txtpb";
     std::ofstream(config) << kGate;

@@ -45,6 +45,17 @@ SpectatorMessage particles_of(const SpectatorSample& sample) {
     return shared(std::move(out));
 }
 
+SpectatorMessage moved_of(const SpectatorSample& sample) {
+    std::string out = layer_head(7, sample, sample.moved_doors.size());
+    for (const std::uint32_t door : sample.moved_doors) {
+        put_bytes(out, door);
+    }
+    for (const Tick along : sample.moved_platforms) {
+        put_bytes(out, static_cast<std::int32_t>(along));
+    }
+    return shared(std::move(out));
+}
+
 SpectatorMessage ghosts_of(const SpectatorSample& sample) {
     std::string rows;
     std::size_t count = 0;
@@ -111,6 +122,9 @@ std::vector<SpectatorLayers::Message> SpectatorLayers::update(const SpectatorSam
     }
     if ((sample.layers & kLayerGhosts) != 0) {
         out.push_back({kLayerGhosts, ghosts_of(sample)});
+    }
+    if ((sample.layers & kLayerMoved) != 0) {
+        out.push_back({kLayerMoved, moved_of(sample)});
     }
     return out;
 }

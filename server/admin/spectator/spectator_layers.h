@@ -15,6 +15,8 @@ namespace zoned::admin {
 ///   none hang. 0 faces: those sent before still hold, and the vertices with them.
 /// 5 particles: `count` points.
 /// 6 ghosts: `count` times f32 x, y, z, u32 (type, and 65536 times the zone that holds the copy).
+/// 7 doors and platforms that rules move, in the order of the scene: `count` times u32 (1: the door
+///   is open), then i32 for each platform: ticks of travel from its first stop.
 class SpectatorLayers {
   public:
     struct Message {

@@ -26,6 +26,7 @@ enum SpectatorLayer : std::uint32_t {
     kLayerSofts = 1u << 1,
     kLayerParticles = 1u << 2,
     kLayerGhosts = 1u << 3,
+    kLayerMoved = 1u << 4,  ///< doors and platforms that rules move
 };
 
 /// Columns of one zone, by row; positions are from `origin`. Copied whole, so that the thread of
@@ -74,6 +75,8 @@ struct SpectatorSample {
     std::vector<SpectatorJoint> joints;
     std::vector<SpectatorSoft> softs;
     std::vector<std::array<float, 3>> particles;  ///< world coordinates, m
+    std::vector<std::uint32_t> moved_doors;       ///< in the order of the scene: 1 open, 0 shut
+    std::vector<Tick> moved_platforms;            ///< in the order of the scene: ticks of travel
     std::uint32_t next_walker = 0;                ///< of the filler: where it goes on next time
 };
 

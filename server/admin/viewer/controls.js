@@ -85,12 +85,14 @@ export class Controls {
   /** Bits of LAYERS that the server is to send. */
   layers() {
     return (this.#is('joints') ? LAYERS.joints : 0) + (this.#is('soft bodies') ? LAYERS.softs : 0) +
-      (this.#is('particles') ? LAYERS.particles : 0) + (this.#is('ghosts') ? LAYERS.ghosts : 0);
+      (this.#is('particles') ? LAYERS.particles : 0) + (this.#is('ghosts') ? LAYERS.ghosts : 0) +
+      (this.movesByRules ? LAYERS.moved : 0);
   }
 
   setScene(scene) {
     element('pace').hidden = !scene.development;
     this.recorded = scene.recorded_ticks > 0;
+    this.movesByRules = [...scene.doors, ...scene.platforms].some((moving) => moving.by_rules);
     const list = element('types');
     list.replaceChildren(list.querySelector('legend'));
     this.typeCounts = scene.types.map((type, i) => {

@@ -62,6 +62,8 @@ export class Layers {
       this.#takeParticles(new Float32Array(buffer, HEAD_BYTES, 3 * count));
     } else if (kind === 6) {
       this.ghosts = new Float32Array(buffer, HEAD_BYTES, 4 * count);
+    } else if (kind === 7) {
+      this.renderer.moveByRules(new Uint32Array(buffer, HEAD_BYTES, count), new Int32Array(buffer, HEAD_BYTES + 4 * count));
     }
   }
 

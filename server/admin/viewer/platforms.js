@@ -1,9 +1,10 @@
 // Platforms: where their times have them at a tick, as shared/motion/platforms does it.
 
 /** How far along its way it is, in ticks of travel. */
-function alongOf({ stops, back_ticks: back, wait_ticks: wait, shift_ticks: shift, by_rules: byRules, start_ticks: start }, tick) {
-  if (byRules) {
-    return start;
+function alongOf(platform, tick) {
+  const { stops, back_ticks: back, wait_ticks: wait, shift_ticks: shift } = platform;
+  if (platform.by_rules) {
+    return platform.along_ticks ?? platform.start_ticks; // until the server says more
   }
   const at = stops.map(({ ticks }) => ticks);
   const length = at[at.length - 1] + back;

@@ -243,10 +243,17 @@ export class Renderer {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, boxes.cells.index, gl.STATIC_DRAW);
   }
 
-  /** The doors that are shut. */
+  /** What the server says of doors (1: open) and platforms (ticks of travel) that rules move, in the order of the scene. */
+  moveByRules(doors, platforms) {
+    this.scene.doors.filter((door) => door.by_rules).forEach((door, i) => (door.is_open = doors[i] === 1));
+    this.scene.platforms.filter((platform) => platform.by_rules).forEach((platform, i) => (platform.along_ticks = platforms[i]));
+  }
+
+  /** The doors that are shut; those that rules move are as they begin until the server says more. */
   #placeDoors(tick) {
     const phase = (door) => (((tick + door.shift_ticks) % door.period_ticks) + door.period_ticks) % door.period_ticks;
-    const shut = this.scene.doors.filter((door) => !door.open.some(([from, to]) => phase(door) >= from && phase(door) < to));
+    const openByTimes = (door) => door.open.some(([from, to]) => phase(door) >= from && phase(door) < to);
+    const shut = this.scene.doors.filter((door) => !(door.is_open ?? openByTimes(door)));
     const names = shut.map((door) => door.name).join();
     if (names !== this.shutDoors) {
       this.shutDoors = names;
@@ -256,7 +263,7 @@ export class Renderer {
     }
   }
 
-  /** Platforms where their times have them; those that rules move stand where they begin. */
+  /** Platforms where their times have them, or the rules. */
   #placePlatforms(tick) {
     const all = this.scene.platforms;
     if (all.length > 0) {

@@ -5,7 +5,7 @@ const REFUSED_AGAIN_MS = 2000;
 /** Pieces of geometry that are asked for at the same time. */
 const PIECES_AT_ONCE = 3;
 
-export const LAYERS = { joints: 1, softs: 2, particles: 4, ghosts: 8 };
+export const LAYERS = { joints: 1, softs: 2, particles: 4, ghosts: 8, moved: 16 };
 
 export class Stream {
   /** `on` has scene(scene), entities(buffer), layer(kind, buffer), piece(buffer), state(text). */

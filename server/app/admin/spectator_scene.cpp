@@ -177,7 +177,9 @@ void write_doors(core::JsonWriter& json, const config::Settings& settings) {
         const motion::Timetable& times = named.door.times;
         json.begin_object().field("name", named.name);
         write_box(json, named.door.box);
-        json.field("period_ticks", times.period).field("shift_ticks", times.shift);
+        json.field("period_ticks", times.period)
+            .field("shift_ticks", times.shift)
+            .field("by_rules", named.door.by_rules.has_value());
         json.key("open").begin_array();
         for (const auto& span : times.open) {
             json.begin_array().value(span.from).value(span.to).end_array();

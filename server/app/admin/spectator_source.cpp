@@ -165,6 +165,11 @@ void fill_sample(const World& world, SpectatorSample& out) {
         }
     }
     out.softs.resize(softs);
+    out.moved_doors.clear();
+    out.moved_platforms.clear();
+    if ((out.layers & admin::kLayerMoved) != 0) {
+        world.add_moved_by_rules(out.tick, out.moved_doors, out.moved_platforms);
+    }
     add_walkers(world, out);
 }
 

@@ -93,6 +93,12 @@ class World {
 
     [[nodiscard]] const zone::MatchBook* matches() const { return matches_.get(); }
 
+    /// Appends doors (1: open) and platforms (ticks of travel from the first stop) that rules move,
+    /// as they are at a tick; in the order of the config (world_environment.cpp).
+    void add_moved_by_rules(Tick tick,
+                            std::vector<std::uint32_t>& doors,
+                            std::vector<Tick>& platforms) const;
+
     /// Cosmetic bursts that reached a client.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 

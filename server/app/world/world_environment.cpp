@@ -116,16 +116,22 @@ void World::add_environment_truth(mailbox::AuditRecord& record) const {
     for (std::size_t v = 0; v < environment_->variables(); ++v) {
         record.shared_variables.push_back(environment_->value_at(v, record.tick).value_or(0.0));
     }
-    const auto& doors = states_.front()->settings.doors;
-    for (std::uint32_t d = 0; d < doors.size(); ++d) {
-        if (doors[d].by_rules) {
-            const bool open = door_courses_->open_at(d, record.tick).value_or(doors[d].starts_open);
-            record.doors.push_back(open ? 1 : 0);
+    add_moved_by_rules(record.tick, record.doors, record.platforms);
+}
+
+void World::add_moved_by_rules(Tick tick,
+                               std::vector<std::uint32_t>& doors,
+                               std::vector<Tick>& platforms) const {
+    const auto& all = states_.front()->settings.doors;
+    for (std::uint32_t d = 0; d < all.size(); ++d) {
+        if (all[d].by_rules) {
+            const bool open = door_courses_->open_at(d, tick).value_or(all[d].starts_open);
+            doors.push_back(open ? 1 : 0);
         }
     }
     for (const zone::PlatformName& name : states_.front()->settings.platforms) {
-        const motion::PlatformCourse* course = platform_courses_->at(name.platform, record.tick);
-        record.platforms.push_back(course == nullptr ? name.start : course->along_at(record.tick));
+        const motion::PlatformCourse* course = platform_courses_->at(name.platform, tick);
+        platforms.push_back(course == nullptr ? name.start : course->along_at(tick));
     }
 }
 

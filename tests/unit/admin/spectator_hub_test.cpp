@@ -7,6 +7,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -274,6 +275,20 @@ TEST(SpectatorLayers, TellsFacesOnceAndPlacesAlways) {
     EXPECT_EQ(layers.update(sample, true)[1].bytes->size(), 16U + 16U + 36U + 12U);
     sample.softs[0].faces.push_back({{0, 2, 1}});  // torn or mended
     EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 16U + 36U + 24U);
+}
+
+TEST(SpectatorLayers, TellsHowRulesHaveMovedDoorsAndPlatforms) {
+    SpectatorLayers layers;
+    SpectatorSample sample = sample_at(7);
+    sample.layers = kLayerMoved;
+    sample.moved_doors = {0, 1};
+    sample.moved_platforms = {-3, 40, 900};
+    const auto messages = layers.update(sample, false);
+    ASSERT_EQ(messages.size(), 1U);
+    std::array<std::int32_t, 9> words{};
+    ASSERT_EQ(messages[0].bytes->size(), sizeof(words));
+    std::memcpy(words.data(), messages[0].bytes->data(), sizeof(words));
+    EXPECT_EQ(words, (std::array<std::int32_t, 9>{7, 7, 2, 0, 0, 1, -3, 40, 900}));
 }
 
 TEST(SpectatorLayers, TellsOnceHowDrawnVerticesHangOnNodes) {
