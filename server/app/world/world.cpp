@@ -133,15 +133,16 @@ void World::bake_maps() {
     std::vector<std::exception_ptr> wrong(states_.size());
     pool_.run(states_.size(), [&](std::size_t z) {
         try {
-            zone::make_paths(*states_[z]);
+            if (states_[z]->settings.first_state == nullptr) {  // else it opens later
+                zone::make_paths(*states_[z]);
+            }
         } catch (...) {
             wrong[z] = std::current_exception();  // a task of the pool must not throw
         }
     });
-    for (const std::exception_ptr& first : wrong) {
-        if (first) {
-            std::rethrow_exception(first);
-        }
+    const auto first = std::find_if(wrong.begin(), wrong.end(), [](auto& e) { return !!e; });
+    if (first != wrong.end()) {
+        std::rethrow_exception(*first);
     }
 }
 

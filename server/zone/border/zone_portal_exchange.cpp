@@ -3,13 +3,19 @@
 #include "server/ai/pathfinding/requests/zone_portals.h"
 #include "server/zone/zone_state.h"
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace zoned::zone {
 
-void join_paths(std::span<ZoneState* const> zones) {
+void join_paths(std::span<ZoneState* const> all) {
+    std::vector<ZoneState*> zones;  // nobody walks into a copy for instances
+    std::copy_if(all.begin(), all.end(), std::back_inserter(zones), [](const ZoneState* zone) {
+        return zone->settings.first_state == nullptr;
+    });
     if (zones.size() < 2) {
         for (ZoneState* zone : zones) {
             zone->paths.forget_ground();

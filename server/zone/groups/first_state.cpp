@@ -2,6 +2,7 @@
 
 #include "server/zone/assemblies/assembly_spawning.h"
 #include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/zone_setup.h"
 #include "server/zone/zone_state.h"
 #include "shared/core/assert.h"
 
@@ -9,7 +10,13 @@
 
 namespace zoned::zone {
 
+void load_maps(ZoneState& state) {
+    make_paths(state);
+    state.paths.forget_ground();  // it is for paths to other zones
+}
+
 void place_first_state(ZoneState& state) {
+    load_maps(state);
     const FirstState& first = *state.settings.first_state;
     std::vector<EntityId> spawned;
     for (const FirstState::FirstEntity& placed : first.entities) {
@@ -57,6 +64,7 @@ void clear_zone(ZoneState& state) {
             state.entity_names.insert_or_assign(placed.name, EntityId());
         }
     }
+    state.paths = ai::PathService();
 }
 
 }  // namespace zoned::zone

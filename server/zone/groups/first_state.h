@@ -34,10 +34,14 @@ struct FirstState {
     std::vector<FirstJoint> joints;
 };
 
+/// Makes the maps of paths that a copy has while it is open.
+void load_maps(ZoneState& state);
+
 /// In a zone without entities but avatars. Its names are those of its own entities.
 void place_first_state(ZoneState& state);
 
-/// Removes all entities but avatars, with what the rules remember of them, and all timers.
+/// Removes all entities but avatars, with what the rules remember of them, all timers, and the maps
+/// of paths.
 void clear_zone(ZoneState& state);
 
 }  // namespace zoned::zone

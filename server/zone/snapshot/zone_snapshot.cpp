@@ -3,6 +3,7 @@
 #include "server/ai/serialization/serialize_agents.h"
 #include "server/ai/serialization/serialize_paths.h"
 #include "server/physics/shapes/shape_archive.h"
+#include "server/zone/groups/first_state.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/archive/field_archive.h"
 
@@ -104,6 +105,8 @@ void save_agents_of(const ZoneState& state, core::FieldWriter& archive) {
     ai::save_agents(state.agents, state.ai_update, state.points_of_interest, bytes);
     archive.bytes(bytes);
     bytes.clear();
+    bool mapped = !state.paths.empty();
+    archive(mapped);
     if (!ai::serialize_paths(state.paths, bytes)) {
         archive.fail("the map of paths is being brought up to date, which has no saved form");
     }
@@ -112,9 +115,17 @@ void save_agents_of(const ZoneState& state, core::FieldWriter& archive) {
 
 void load_agents_of(ZoneState& state, core::FieldReader& archive) {
     const auto agents = archive.bytes();
+    bool mapped = false;
+    archive(mapped);
     const auto paths = archive.bytes();
     if (!archive.good()) {
         return;
+    }
+    if (state.settings.first_state != nullptr) {
+        state.paths = ai::PathService();
+        if (mapped) {
+            load_maps(state);
+        }
     }
     std::string wrong = ai::load_agents(
         agents, state.settings.ai, state.agents, state.ai_update, state.points_of_interest);

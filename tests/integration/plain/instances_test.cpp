@@ -324,6 +324,39 @@ TEST_F(Instances, EndWhenEmptyAndBeginAnewAsPlaced) {
     EXPECT_LT((local - Vec3d(-5.0, local.y(), 5.0)).norm(), 1e-3);
 }
 
+TEST_F(Instances, HaveMapsOfPathsWhileTheyAreOpen) {
+    const auto mapped = [&] {
+        std::vector<bool> zones;
+        for (std::size_t zone = 1; zone <= 4; ++zone) {
+            zones.push_back(!state(zone).paths.empty());
+        }
+        return zones;
+    };
+    EXPECT_THAT(mapped(), ElementsAre(true, false, false, false));
+    come(1);
+    const zone::InstanceId crypt = open();
+    EXPECT_THAT(mapped(), ElementsAre(true, true, false, false));
+    enter(1, crypt);  // an empty one ends
+    // Its guard walks about its place, which lies in a box for a tenth.
+    const EntityId boss = zone::ZoneContext(state(2)).entity_named("boss");
+    const Vec3d before = place_of(boss);
+    double way = 0.0;
+    for (int i = 0; i < 600; ++i) {
+        const Vec3d at = place_of(boss);
+        tick();
+        way += (place_of(boss) - at).norm();
+    }
+    EXPECT_GT(way, 10.0);
+    EXPECT_LT((place_of(boss) - before).norm(), 12.0);
+    EXPECT_GT(state(2).paths.counts().asked, 3u);
+    tick_with(2, [&](zone::RulesContext& c) { EXPECT_TRUE(c.instances()->close(crypt)); });
+    tick();
+    EXPECT_THAT(mapped(), ElementsAre(true, false, false, false));
+    open();
+    EXPECT_THAT(mapped(), ElementsAre(true, true, false, false));
+    EXPECT_LT(state(2).paths.counts().asked, 3u) << "it begins anew";
+}
+
 TEST_F(Instances, SendPlayersBackWhenRulesEndThem) {
     come(1);
     come(2);
