@@ -74,6 +74,8 @@ struct AiContext {
     PathService* paths = nullptr;           ///< null: no paths are planned
     float shared_m = 0.0F;                  ///< so near half_size, entities may be of other zones
     WorldBox world{};
+    const motion::StaticGeometry* platforms =
+        nullptr;  ///< `statics` with them; null: there are none
     /// The result of make_grid() in this update; null: no agent looks for other entities than
     /// players.
     const spatial::PointGrid* near = nullptr;

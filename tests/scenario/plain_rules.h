@@ -173,9 +173,27 @@ class PlainRules final : public zone::Rules {
 
     // Their log is the test's: no state of theirs.
 
-    [[nodiscard]] bool save(zone::Bytes&) const override { return true; }
+    [[nodiscard]] bool save(zone::Bytes& out) const override {
+        for (const auto& [entity, moves] : moves_) {
+            for (int shift = 0; shift < 32; shift += 8) {
+                out.push_back(static_cast<std::uint8_t>(entity.value >> shift));
+            }
+            out.push_back(moves);
+        }
+        return true;
+    }
 
-    std::string load(std::span<const std::uint8_t>) override { return {}; }
+    std::string load(std::span<const std::uint8_t> bytes) override {
+        moves_.clear();
+        for (; bytes.size() >= 5; bytes = bytes.subspan(5)) {
+            std::uint32_t id = 0;
+            for (std::size_t i = 0; i < 4; ++i) {
+                id |= static_cast<std::uint32_t>(bytes[i]) << (8 * i);
+            }
+            moves_[EntityId(id)] = bytes[4];
+        }
+        return {};
+    }
 
     [[nodiscard]] bool busy() const override { return log_->busy; }
 

@@ -22,6 +22,23 @@ Tick event_after(Agent& agent, const DueAgent& due, const AiContext& ai) {
                                                     : next_event_undecided(agent, brain, ai);
 }
 
+/// Where a platform comes by it may take an agent along, which happens to simulated ones alone.
+bool beside_platform(const AiContext& ai, world::Row row) {
+    if (ai.platforms == nullptr) {
+        return false;
+    }
+    const motion::CharacterLimits& body = ai.types[ai.entities.type[row]].character;
+    const float reach = body.radius + body.half_segment + body.step_down;
+    const Vec3& at = ai.entities.position[row];
+    const auto count = static_cast<std::uint32_t>(ai.platforms->platforms().size());
+    for (std::uint32_t platform = 0; platform < count; ++platform) {
+        if (ai.platforms->platform_bounds(platform).grown(reach).contains(at)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 void OffscreenUpdate::clear() {
@@ -113,7 +130,7 @@ void OffscreenUpdate::suspend_unseen(const AiContext& ai, AiTurn& turn, MeetingU
         if (due.tier == Tier::kSuspended || agent.offscreen_since == kNever ||
             ai.now - agent.offscreen_since < calm ||
             !can_suspend(agent, brain_of(agent, ai.settings)) ||
-            !ai.entities.has(due.row, world::kGrounded)) {
+            !ai.entities.has(due.row, world::kGrounded) || beside_platform(ai, due.row)) {
             continue;
         }
         const CompiledBrain& brain = brain_of(agent, ai.settings);

@@ -58,7 +58,8 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
             query,
             state.paths.empty() ? nullptr : &state.paths,
             state.settings.handoff_hysteresis_m,
-            world_box(state)};
+            world_box(state),
+            state.fixed_ground ? state.settings.statics.get() : nullptr};
 }
 
 std::uint32_t update_agents(ZoneState& state) {
