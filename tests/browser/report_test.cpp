@@ -139,8 +139,8 @@ Expected expected_of(const std::string& json) {
 
 class Report : public ::testing::Test {
   protected:
-    void SetUp() override {
-        ASSERT_TRUE(has_browser()) << "chromium is not installed (config/packages.txt)";
+    /// One report, which all look at: ctest runs the suite in one process.
+    static void SetUpTestSuite() {
         page = scratch_folder() + "/bench.html";
         json = scratch_folder() + "/bench.json";
         Child bench("zoned-bench",
@@ -156,6 +156,10 @@ class Report : public ::testing::Test {
                      "--report",
                      page});
         ASSERT_EQ(bench.wait(4 * kPatience), 0) << bench.errors();
+    }
+
+    void SetUp() override {
+        ASSERT_TRUE(has_browser()) << "chromium is not installed (config/packages.txt)";
         browser = std::make_unique<Browser>();
         browser->open("file://" + page);
         ASSERT_TRUE(browser->wait_until("window.zonedReport !== undefined"));
@@ -177,8 +181,8 @@ class Report : public ::testing::Test {
         EXPECT_EQ(text_of(id + "-own"), std::to_string(counts.any));
     }
 
-    std::string page;
-    std::string json;
+    inline static std::string page;
+    inline static std::string json;
     std::unique_ptr<Browser> browser;
 };
 
