@@ -7,7 +7,6 @@
 #include <openssl/x509_vfy.h>
 
 #include <algorithm>
-#include <array>
 
 namespace zoned::link {
 
