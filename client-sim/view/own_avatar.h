@@ -60,7 +60,7 @@ class OwnAvatar {
     /// World position on the way from the state before the newest one to it, 0..1.
     [[nodiscard]] Vec3d position_between(double fraction) const;
 
-    /// Whether something carries it, after the newest command.
+    /// Whether it moves straight on whatever its commands (CharacterState), after the newest one.
     [[nodiscard]] bool carried() const {
         return state_tick_ >= 0 && slot(state_tick_).state.carried;
     }

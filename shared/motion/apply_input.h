@@ -30,7 +30,8 @@ struct CharacterState {
     Vec3 velocity = Vec3::Zero();
     std::uint16_t yaw = 0;
     bool grounded = false;
-    bool carried = false;  ///< rides on something: moves straight on, whatever its command
+    /// Moves straight on, whatever its command: it rides on something, or is hidden and stands.
+    bool carried = false;
 };
 
 /// Moves an upright capsule for `dt` seconds (dt > 0).

@@ -374,7 +374,7 @@ session { dev_mode_loopback: true }
     EXPECT_TRUE(browser->wait_until(shut + " === 'post'", kPatience)) << bot.errors();
     EXPECT_TRUE(browser->wait_until("Math.abs(" + lift + " - 4.15) < 1e-5", kPatience))
         << browser->evaluate(lift);
-    // Whoever looks later sees the same.
+    // A page that is opened later shows the same.
     open_world("gates");
     EXPECT_TRUE(browser->wait_until(shut + " === 'post'"));
     EXPECT_TRUE(browser->wait_until("Math.abs(" + lift + " - 4.15) < 1e-5"));

@@ -96,7 +96,8 @@ class Datagrams(unittest.TestCase):
     def test_frames(self):
         schema = proto_messages.Schema(PROTO / "session.proto")
         hello, = blocks("hello-frame")
-        body = schema.encode("ClientMessage", {"hello": {"protocol_version": wire_session.PROTOCOL_VERSION, "name": "Ann"}})
+        values = {"protocol_version": wire_session.PROTOCOL_VERSION, "name": "Ann"}
+        body = schema.encode("ClientMessage", {"hello": values})
         self.assertEqual(len(body).to_bytes(4, "little") + body, bytes_of(hello))
         refused, = blocks("refused-frame")
         message = schema.decode("ServerMessage", bytes_of(refused)[4:])

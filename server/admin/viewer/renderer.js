@@ -243,7 +243,7 @@ export class Renderer {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, boxes.cells.index, gl.STATIC_DRAW);
   }
 
-  /** What the server says of doors (1: open) and platforms (ticks of travel) that rules move, in the order of the scene. */
+  /** Takes doors (1: open) and platforms (ticks of travel) as rules have moved them, in the order of the scene. */
   moveByRules(doors, platforms) {
     this.scene.doors.filter((door) => door.by_rules).forEach((door, i) => (door.is_open = doors[i] === 1));
     this.scene.platforms.filter((platform) => platform.by_rules).forEach((platform, i) => (platform.along_ticks = platforms[i]));

@@ -131,7 +131,7 @@ TEST_F(MovedPlatforms, GoOnAfterASnapshotAsIfNothingHadBeen) {
         ASSERT_EQ(copy->world().load(bytes), "");
         EXPECT_EQ(ferry(*copy), ferry(*world));
         const auto copied = next_hashes(*copy, 150);
-        // The original goes on from where it is: another copy is compared.
+        // The original has the other stages to come: a world of its own is compared.
         const auto again = made();
         to(*again, at);
         ASSERT_EQ(copied, next_hashes(*again, 150)) << at;

@@ -173,10 +173,13 @@ TEST_F(Agreed, DivergenceIsFoundAndResetAndTurnsTheVerdict) {
     EXPECT_EQ(stats_.confirmed, 0u);
 }
 
-/// Who is dead stands still on his own screen as well. He learns of it within a round trip, the
-/// ticks between two own states and the lead of his commands: some 15 ticks of 1/60 s at 5 m/s.
+/// A dead player stands still on his own screen as well. He learns of his death within a round
+/// trip, the ticks between two own states and the lead of his commands: some 15 ticks of 1/60 s at
+/// 5 m/s.
 TEST_F(GameTest, NobodyWalksOnWhileHeIsDead) {
     server.config = kShootersWorld;
+    const std::string body = "character { }";
+    server.config.replace(server.config.find(body), body.size(), "character { sprint_factor: 1 }");
     server.config += R"(
 world { name: "meadow" seed: 7 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
 spawn { x_m: 0 z_m: 0 } spawn { x_m: 2 z_m: 0 }
