@@ -32,6 +32,9 @@ class BoxGrid {
     /// allocation.
     void reserve(std::size_t boxes);
 
+    /// Rows below `rows` are taken without allocation, by as many boxes as reserve() said.
+    void reserve_rows(std::size_t rows) { entries_.reserve(rows); }
+
     /// The row must not be there yet. Boxes are finite, lower <= upper.
     void insert(std::uint32_t row, const Aabb& box);
     void remove(std::uint32_t row);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'z', 'o', 'n', 'e', 'd', 's', 'n', 'p'};
 /// Version of the layout. Raise it with every change after which older bytes would be read wrongly.
-constexpr std::uint32_t kSnapshotFormat = 8;
+constexpr std::uint32_t kSnapshotFormat = 9;
 
 struct SnapshotHead {
     std::array<char, 8> magic = kMagic;

@@ -24,7 +24,7 @@ spatial::BoxIndex make_index(const PhysicsSettings& s) {
 Scene::Impl::Impl(const PhysicsSettings& s)
     : settings(s),
       boxes{make_index(s), make_index(s), make_index(s)},
-      resting(BroadphaseKind::kGrid, {s.cell_m, s.cell_depth, s.boxes_per_cell}) {
+      resting(s.cell_m) {
     ZONED_ASSERT(s.substeps >= 0 && s.substeps <= 64, "substeps out of range");
     ZONED_ASSERT(s.velocity_iterations >= 1 && s.velocity_iterations <= 64,
                  "velocity_iterations out of range");
@@ -78,7 +78,8 @@ void Scene::Impl::reserve_room(BodyKind kind) {
     guards.reserve(movers);
     stopped.reserve(movers + room[3]);
     if (kind == BodyKind::kParticle) {
-        resting.reserve(bodies.rows() + room[k]);
+        resting.reserve(room[k]);
+        resting.reserve_rows(bodies.rows() + room[k]);
         bodies.particle_list.reserve(room[k]);
         disturbed.reserve(room[k]);
         return;
@@ -111,6 +112,8 @@ void Scene::Impl::reserve_room(BodyKind kind) {
 
 void Scene::Impl::enter_broadphase(std::uint32_t row) {
     ++kind_counts[static_cast<std::size_t>(bodies.kind[row])];
+    fat_balls.resize(bodies.rows());
+    pending_mark.resize(bodies.rows(), 0);
     if (bodies.is_particle(row)) {
         return;  // finds others by itself
     }

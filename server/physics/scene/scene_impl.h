@@ -49,7 +49,7 @@ struct Scene::Impl {
     /// Fat boxes by BodyKind. Pairs within the static and within the kinematic ones are never
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
-    spatial::BoxIndex resting;               ///< particles asleep
+    spatial::BoxGrid resting;                ///< particles asleep
     std::vector<std::uint32_t> disturbed;    ///< scratch: bodies to wake
     std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones

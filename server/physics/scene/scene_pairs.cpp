@@ -45,9 +45,6 @@ bool encloses(const Ball& outer, const Vec3& from, const Vec3& travel, float rad
 
 /// Bounds of a body that stays where it is; the contact margin is part of all bounds.
 void Scene::Impl::fit_bounds_at_rest(std::uint32_t row) {
-    if (row >= fat_balls.size()) {
-        fat_balls.resize(bodies.rows());
-    }
     const Aabb box = bodies.bounds[row].grown(kContactMargin);
     bodies.fat[row] = box;
     // Static bodies may lie anywhere about their position.
@@ -58,9 +55,6 @@ void Scene::Impl::fit_bounds_at_rest(std::uint32_t row) {
 }
 
 void Scene::Impl::mark_pending(std::uint32_t row) {
-    if (row >= pending_mark.size()) {
-        pending_mark.resize(bodies.rows(), 0);
-    }
     if (pending_mark[row] == 0) {
         pending_mark[row] = 1;
         pending.push_back(row);

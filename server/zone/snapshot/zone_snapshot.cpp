@@ -52,8 +52,9 @@ void serialize_sets(Archive& archive, world::Visibility& sets) {
             sets.emplace_back();
         }
         world::VisibleSet& set = sets[static_cast<std::size_t>(i)];
-        archive(set.client, set.visible, set.entered, set.left, set.lod_changed, set.changed);
+        archive(set.client, set.visible, set.entered, set.left, set.lod_changed);
         if constexpr (Archive::kReads) {
+            // What `changed` and `stamp` say holds within a tick.
             set.stamp = 0;
         }
     }
