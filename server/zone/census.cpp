@@ -31,6 +31,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
         }
     });
     census.agents = static_cast<std::uint32_t>(state.agents.size());
+    census.maps_settled = state.paths.settled();
     census.active_agents = static_cast<std::uint32_t>(state.agents.active().size());
     census.awake_bodies = state.scene.awake_count();
     census.particle_systems = static_cast<std::uint32_t>(state.particles.systems.size());

@@ -34,8 +34,8 @@ StepPlan plan_for(const Census& census) {
            census.viewers > 0 ? "players are here" : "the rules have something pending",
            census.frozen ? frozen : "no player, nothing pending in the rules");
     decide(Pass::kAgents,
-           live && census.agents > 0,
-           "agents live here",
+           live && (census.agents > 0 || !census.maps_settled),
+           census.agents > 0 ? "agents live here" : "maps of paths follow a door",
            census.frozen ? frozen : "no agents");
     // An awake agent or a player may set another character moving in this very tick: the movement
     // pass looks at all characters. A character that wakes up in the pass moves from the next tick

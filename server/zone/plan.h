@@ -43,6 +43,7 @@ struct Census {
     std::uint32_t characters = 0;         ///< owned characters that are not hidden
     std::uint32_t moving_characters = 0;  ///< of these: not at rest, or with a command that moves
     std::uint32_t agents = 0;
+    bool maps_settled = true;         ///< no map of paths is being brought up to date
     std::uint32_t active_agents = 0;  ///< those whose entities are simulated
     std::uint32_t awake_bodies = 0;   ///< dynamic
     std::uint32_t reducible = 0;      ///< owned props that may be simulated as less than they are

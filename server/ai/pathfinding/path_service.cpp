@@ -272,6 +272,11 @@ pathfinding::PathResult PathService::answer(Slot agent) const {
     return answer;
 }
 
+bool PathService::settled() const {
+    return std::all_of(
+        sizes_.begin(), sizes_.end(), [](const Size& size) { return size.map->settled(); });
+}
+
 bool PathService::counts_bodies() const {
     return std::any_of(
         sizes_.begin(), sizes_.end(), [](const Size& size) { return size.map->counts_bodies(); });

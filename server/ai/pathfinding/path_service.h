@@ -134,6 +134,9 @@ class PathService {
     /// ascending: they wait again. Also agents that the next serve() may lead to another exit.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
+    /// False: maps are being brought up to date, see PathProvider::settled().
+    [[nodiscard]] bool settled() const;
+
     /// True if bodies have to be counted in this tick, before serve().
     [[nodiscard]] bool counts_bodies() const;
 

@@ -63,6 +63,10 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
 }
 
 std::uint32_t update_agents(ZoneState& state) {
+    if (state.agents.size() == 0) {
+        state.paths.serve();
+        return 0;
+    }
     compute::Team alone;
     const physics::Query statics = state.scene.query();
     compute::Team& team = state.team != nullptr ? *state.team : alone;

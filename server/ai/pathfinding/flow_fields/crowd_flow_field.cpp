@@ -84,6 +84,8 @@ bool CrowdFlowField::spread(const GridMap& map,
                 cost_[to] = cost;
                 hop_[to] = back(hop);
                 open_.push({cost, to});
+            } else if (cost == cost_[to] && back(hop) < hop_[to]) {
+                hop_[to] = back(hop);  // the same among equals, whatever was there before
             }
         }
         if (++settled >= most) {

@@ -90,6 +90,16 @@ bool GridPlanner::advance_index(std::uint64_t units) {
     return false;
 }
 
+void GridPlanner::drop_index() {
+    indexing_.cancel();
+    while (!indexing_.advance(~std::uint64_t{0})) {
+    }
+    next_index_.reset();
+    retire_index();
+    old_labels_.reset();
+    old_subgoals_.reset();
+}
+
 void GridPlanner::retire_index() {
     // Freeing megabytes takes up to a millisecond, so it is done in parts.
     if (subgoals_) {

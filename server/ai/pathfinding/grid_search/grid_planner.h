@@ -61,6 +61,9 @@ class GridPlanner {
     /// Goes on for about so many units of some 2 ns. True where nothing is left to do.
     bool advance_index(std::uint64_t units);
 
+    /// Stops making the index and frees it, in one go; answers stay exact.
+    void drop_index();
+
     /// Units that the last advance_index() has taken.
     [[nodiscard]] std::uint64_t index_work() const { return index_work_; }
 

@@ -97,6 +97,7 @@ class GridPathRequests : public PathProvider {
     /// of the map that the place lies beyond. The exit gives the shortest two straight lines.
     MapExit straight_exit(Spot from, float from_y, Spot to) final;
 
+    [[nodiscard]] bool settled() const override;
     [[nodiscard]] SavedPaths save() const override;
     std::string load(const SavedPaths& memory) override;
 
@@ -214,6 +215,9 @@ class GridPathRequests : public PathProvider {
     void prepare_table(Cell goal);
     /// Searches, and counts the work.
     GridAnswer search(const GridQuery& query);
+    [[nodiscard]] bool nobody_asks() const { return free_.size() == slots_.size(); }
+
+    void renew_index();
     /// Begins the index once searches have cost enough, and goes on with it.
     void advance_index();
 

@@ -76,6 +76,20 @@ GridPathRequests::Closed GridPathRequests::closed() const {
     return closed;
 }
 
+/// Freeing the old index in parts has no saved form: where nobody asks, it goes at once.
+void GridPathRequests::renew_index() {
+    if (index_given_ == 0) {
+        return;
+    }
+    renewing_ = !nobody_asks();
+    if (!renewing_) {
+        planner_.drop_index();
+    }
+    planner_.begin_index(settings_.index);
+    index_given_ = 1;
+    indexed_ = false;
+}
+
 void GridPathRequests::change(std::span<const CellChange> changes) {
     requeued_.clear();
     if (!sort_changes(changes)) {
@@ -85,12 +99,7 @@ void GridPathRequests::change(std::span<const CellChange> changes) {
     if (crowd_ != nullptr) {
         crowd_->change(changes);
     }
-    if (index_given_ != 0) {
-        planner_.begin_index(settings_.index);
-        index_given_ = 1;
-        indexed_ = false;
-        renewing_ = true;
-    }
+    renew_index();
     regions_.note(changes);
     for (CachedFlowField& f : fields_) {
         f.goal = kNoPlace;

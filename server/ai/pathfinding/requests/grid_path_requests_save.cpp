@@ -33,6 +33,11 @@ SavedRequest GridPathRequests::saved_request(std::uint32_t number) const {
     return m;
 }
 
+bool GridPathRequests::settled() const {
+    return !renewing_ && regions_.settled() && building_ == kNoPlace && to_queue_.empty() &&
+           (crowd_ == nullptr || !crowd_->busy());
+}
+
 SavedPaths GridPathRequests::save() const {
     SavedPaths memory;
     memory.free = free_;
@@ -59,8 +64,7 @@ SavedPaths GridPathRequests::save() const {
     memory.cheap_work = cheap_work_;
     memory.index_given = index_given_;
     memory.searched_work = searched_work_;
-    memory.whole = !renewing_ && regions_.settled() && building_ == kNoPlace && to_queue_.empty() &&
-                   (crowd_ == nullptr || !crowd_->busy());
+    memory.whole = settled();
     if (crowd_ != nullptr) {
         memory.crowd = crowd_->save();
         memory.crowd.reviewed_round = reviewed_round_;

@@ -194,6 +194,10 @@ class PathProvider {
         return kOnGround;
     }
 
+    /// False: the map is being brought up to date, by further calls of serve(). Meanwhile not all
+    /// of it is in save().
+    [[nodiscard]] virtual bool settled() const { return true; }
+
     /// The state of all requests; call between serve() and the next call.
     [[nodiscard]] virtual SavedPaths save() const = 0;
 
