@@ -64,7 +64,7 @@ void brute_force(const world::Entities& entities,
     const float nimbus = types[entities.type[own]].nimbus_m.at(entities.stance[own]);
     const ViewCone cone = view_cone(entities, types, own, settings.hysteresis);
     for (world::Row row = 0; row < entities.size(); ++row) {
-        if (row == own || entities.has(row, world::kHidden)) {
+        if (row == own || (entities.flags[row] & world::kUnheard) != 0) {
             continue;
         }
         const float aura = types[entities.type[row]].aura_m.at(entities.stance[row]);

@@ -19,7 +19,7 @@ constexpr std::uint32_t kHiddenBit = 0x80000000U;
 
 std::uint32_t kind_of_parts(TypeIndex type, std::uint8_t stance, std::uint8_t flags) {
     return type * static_cast<std::uint32_t>(kStances) + stance +
-           ((flags & world::kHidden) != 0 ? kHiddenBit : 0U);
+           ((flags & world::kUnheard) != 0 ? kHiddenBit : 0U);
 }
 
 std::uint32_t kind_in(const world::Entities& e, world::Row row) {

@@ -21,6 +21,7 @@
 #include "server/zone/simulation/zone_particles.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/viewers/audit.h"
+#include "server/zone/viewers/beyond_states.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "server/zone/viewers/visibility_filter.h"
 #include "server/zone/zone_hash.h"
@@ -255,6 +256,7 @@ void Zone::publish() {
     }
     collect_viewers(s);
     pass(Pass::kInterest, [&] {
+        mark_beyond_states(s);
         s.report.interest = s.matcher.step(
             s.entities, *s.settings.types, s.viewers, s.settings.interest, matched_sets(s));
         s.entities.forget_touched(world::Reader::kInterest);

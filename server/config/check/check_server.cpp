@@ -59,6 +59,30 @@ void check_margin(const proto::config::Config& config, Diagnostics& diagnostics)
     }
 }
 
+/// What a client was promised nearby, it goes on showing for a while farther away.
+void check_bounds_widen(const proto::config::Config& config, int l, Diagnostics& diagnostics) {
+    if (l == 0) {
+        return;
+    }
+    const auto& nearer = config.lod(l - 1);
+    const auto& farther = config.lod(l);
+    const std::string path = join_path("", "lod", l);
+    if (farther.position_bound_m() < nearer.position_bound_m()) {
+        diagnostics.add(path + ".position_bound_m",
+                        text_of("%g is less than the bound nearer by, %g: a bound may only widen "
+                                "with the distance",
+                                farther.position_bound_m(),
+                                nearer.position_bound_m()));
+    }
+    if (farther.orientation_bound_rad() < nearer.orientation_bound_rad()) {
+        diagnostics.add(path + ".orientation_bound_rad",
+                        text_of("%g is less than the bound nearer by, %g: a bound may only widen "
+                                "with the distance",
+                                farther.orientation_bound_rad(),
+                                nearer.orientation_bound_rad()));
+    }
+}
+
 void check_lods(const proto::config::Config& config, Diagnostics& diagnostics) {
     const double quantum =
         0.5 * std::sqrt(3.0) * config.replication().quantization().position_step_m();
@@ -78,6 +102,7 @@ void check_lods(const proto::config::Config& config, Diagnostics& diagnostics) {
                 text_of("radii must ascend: %g is not more than %g", lod.radius_m(), before));
         }
         before = std::max(before, lod.radius_m());
+        check_bounds_widen(config, l, diagnostics);
         if (quantum > lod.position_bound_m()) {
             diagnostics.add(path + ".position_bound_m",
                             text_of("%g m is finer than the quantisation itself, %.4g m; make "

@@ -130,6 +130,43 @@ void warn_of_falls(const Settings& settings, std::vector<std::string>& out) {
     }
 }
 
+/// Speed of the fastest platform, m/s.
+double fastest_platform(const Settings& settings) {
+    double fastest = 0.0;
+    for (const NamedPlatform& named : settings.platforms) {
+        const motion::PlatformPath& path = named.platform.path;
+        const auto& stops = path.stops;
+        const auto travel = [&](const Vec3& way, Tick ticks) {
+            const double s = static_cast<double>(ticks) / settings.tick_rate_hz;
+            fastest = std::max(fastest, s > 0.0 ? static_cast<double>(way.norm()) / s : 0.0);
+        };
+        for (std::size_t i = 1; i < stops.size(); ++i) {
+            travel(stops[i].offset - stops[i - 1].offset, stops[i].at - stops[i - 1].at);
+        }
+        travel(stops.back().offset, path.back);
+    }
+    return fastest;
+}
+
+/// A wall stops a character at once, also one that a platform carries.
+void warn_of_sudden_stops(const Settings& settings, std::vector<std::string>& out) {
+    const double carried = fastest_platform(settings);
+    for (const world::EntityType& type : settings.types) {
+        const double fastest =
+            carried + static_cast<double>(type.character.speed) *
+                          std::max(1.0, static_cast<double>(type.character.sprint_factor));
+        const auto most = static_cast<double>(type.max_velocity_jump_mps);
+        if (type.kind == world::EntityKind::kCharacter && fastest > most) {
+            out.push_back(
+                "type '" + type.name + "'.max_velocity_jump_mps: " +
+                figures("a wall stops it at once from %.3g m/s, on the fastest platform, and "
+                        "clients are promised that its velocity jumps by %g at most",
+                        fastest,
+                        most));
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<std::string> world_warnings_of(const Settings& settings) {
@@ -137,6 +174,7 @@ std::vector<std::string> world_warnings_of(const Settings& settings) {
     warn_of_silent_types(settings, out);
     warn_of_open_edges(settings, out);
     warn_of_falls(settings, out);
+    warn_of_sudden_stops(settings, out);
     return out;
 }
 

@@ -339,6 +339,14 @@ class Placer {
         if (asleep && kind.is_root()) {
             diagnostics_.add(path + ".asleep", "what joints hold together begins awake");
         }
+        const double most = config_.replication().quantization().vertical_extent_m();
+        if (std::abs(entity.position.y()) > most) {
+            diagnostics_.add(path,
+                             "stands at " + std::to_string(std::lround(entity.position.y())) +
+                                 " m, farther up or down than states can tell: "
+                                 "replication.quantization.vertical_extent_m is " +
+                                 std::to_string(std::lround(most)));
+        }
         entity.asleep = asleep && kind.kind == world::EntityKind::kProp;
         settings_.initial.push_back(std::move(entity));
     }

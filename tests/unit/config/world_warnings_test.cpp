@@ -55,6 +55,23 @@ TEST(WorldWarnings, NamesAHeightfieldThatEndsInAStep) {
     EXPECT_THAT(warnings_of(with_hills(-20.0)), IsEmpty());
 }
 
+TEST(WorldWarnings, NamesACharacterThatIsStoppedFasterThanPromised) {
+    const auto with_speed = [](const std::string& speed) {
+        return with("  nimbus_m { normal: 50 }\n",
+                    "  nimbus_m { normal: 50 }\n  character { speed_mps: " + speed + " }\n",
+                    heard());
+    };
+    EXPECT_THAT(warnings_of(with_speed("9")), IsEmpty());
+    EXPECT_THAT(warnings_of(with_speed("30")),
+                ElementsAre(HasSubstr("a wall stops it at once from 48 m/s")));
+    // A lift of 10 m in two seconds.
+    EXPECT_THAT(
+        warnings_of(with_speed("9") + "platform { name: \"lift\" box { x_m: 20 y_m: 0.5 z_m: 20 "
+                                      "size { x_m: 4 y_m: 1 z_m: 4 } } "
+                                      "stop { x_m: 20 y_m: 10.5 z_m: 20 } speed_mps: 5 }\n"),
+        testing::Contains(HasSubstr("from 19.4 m/s")));
+}
+
 TEST(WorldWarnings, NamesAFallThatTheWireCannotCarry) {
     EXPECT_THAT(warnings_of(heard() +
                             "statics { box { x_m: 20 y_m: 50 z_m: 0 size { x_m: 4 y_m: 100 z_m: 4 "
