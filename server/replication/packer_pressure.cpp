@@ -36,6 +36,12 @@ float excess_of(Tick now,
                  : std::numeric_limits<float>::infinity();
 }
 
+/// Whether the client lacks the entity, for all that it has confirmed: nothing was sent, or nothing
+/// of that has arrived.
+bool is_unseen(const Subscription& s, const ClientState& client) {
+    return held_version(s) == 0 && client.followed(s.entity) == nullptr;
+}
+
 /// Whether the client lacks a declared field as it was published last.
 bool owes_fields(const Subscription& s, const StreamTable& streams) {
     const Tick newest = streams.fields_tick(s.entity);
@@ -147,14 +153,12 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
             continue;
         }
         Subscription& s = client.subscriptions[c.index];
-        if (s.sent_version == 0 && !s.known) {
+        if (is_unseen(s, client) || owes_fields(s, streams)) {
             needed.incomplete = true;
             s.postponed_tick = now;
-            continue;
         }
-        if (owes_fields(s, streams)) {
-            needed.incomplete = true;
-            s.postponed_tick = now;
+        if (s.sent_version == 0 && !s.known) {
+            continue;  // no picture that could be wrong
         }
         follow_from_elsewhere(now, s, client, streams);
         const float excess = excess_of(now, s, client, streams);
@@ -183,7 +187,7 @@ void Packer::postpone_all(Tick now, ClientState& client) {
         r.postponed_tick = now;
     }
     for (Subscription& s : client.subscriptions) {
-        if (s.sent_version == 0 && !s.known) {
+        if (is_unseen(s, client)) {
             s.postponed_tick = now;
         }
     }

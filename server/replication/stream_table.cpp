@@ -17,24 +17,6 @@ constexpr Tick kWatchTicks = 30;
 // until then and while that packet is made.
 constexpr float kTicksAhead = 2.0F;
 
-/// The promise lets a subscriber be wrong by dv_max times the age of its update. So a prediction
-/// must not be wrong by more than dv_max in velocity, even while its position is still within the
-/// bound. The same holds for its rate of turn. Order 0 predicts neither.
-bool leaves_velocity(const Stream& stream,
-                     float elapsed_s,
-                     const motion::KinematicState& truth,
-                     float allowed_mps,
-                     float allowed_rps) {
-    if (stream.state.order == motion::PredictorOrder::kStatic) {
-        return false;
-    }
-    const Vec3 predicted = motion::predict_velocity(stream.from, stream.state.order, elapsed_s);
-    // A prediction that has come to rest turns no more.
-    const Vec3 spin = predicted == Vec3::Zero() ? predicted : stream.from.angular_velocity;
-    const float apart_rps = stream.upright ? 0.0F : (spin - truth.angular_velocity).norm();
-    return (predicted - truth.velocity).norm() > allowed_mps || apart_rps > allowed_rps;
-}
-
 bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
     return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
@@ -307,7 +289,7 @@ void StreamTable::step_stream(Stream& stream,
         return;
     }
     const bool same_looks = appearance == stream.state.appearance && fields_tick <= stream.tick;
-    if (at_rest && stream.at_rest && stream.replaced.watched_until == 0 &&
+    if (at_rest && stream.at_rest && stream.watched_until <= now &&
         same_place(stream.settled, truth.state) && same_looks) {
         stream.alive_tick = now;
         return;
@@ -340,34 +322,6 @@ void StreamTable::step_stream(Stream& stream,
     }
 }
 
-bool StreamTable::note_breach(Stream& stream,
-                              Tick now,
-                              const motion::KinematicState& truth,
-                              const world::EntityType& type) {
-    const LodBound& bound = settings_.lods[stream.lod];
-    const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
-    // A step of quantisation on top: rounding alone must never cause an update.
-    const float allowed_mps =
-        type.max_velocity_jump_mps + quantization_[stream.lod].velocity_step_mps;
-    const float allowed_rps =
-        type.max_spin_jump_rps() + quantization_[stream.lod].angular_velocity_step_rps;
-    const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
-                        leaves_velocity(stream, elapsed, truth, allowed_mps, allowed_rps);
-    Replaced& old = stream.replaced;
-    bool old_breach = false;
-    if (old.watched_until != 0) {
-        const float old_elapsed = elapsed_seconds(old.tick, now, settings_.tick_s);
-        old_breach = leaves_bound(old.from, old.order, old_elapsed, truth, bound);
-        if (breach || old_breach || now >= old.watched_until) {
-            old.watched_until = 0;
-        }
-    }
-    if (breach || old_breach) {
-        stream.breach_tick = now;
-    }
-    return breach;
-}
-
 void StreamTable::publish_state(Stream& stream,
                                 Tick now,
                                 const Truth& truth,
@@ -382,8 +336,9 @@ void StreamTable::publish_state(Stream& stream,
     if (at_rest) {
         order = motion::PredictorOrder::kStatic;
     }
-    if (stream.version > 0 && stream.breach_tick != now && stream.replaced.watched_until == 0) {
-        stream.replaced = {stream.from, stream.state.order, stream.tick, now + kWatchTicks};
+    if (stream.version > 0 && stream.breach_tick != now) {
+        stream.watched_until = now + kWatchTicks;
+        stream.past[stream.version % kPastKept].watched_until = stream.watched_until;
     }
     const auto quantized = [&](motion::PredictorOrder kind) {
         return wire::quantize(start_of(truth, kind, settings_),
@@ -404,9 +359,11 @@ void StreamTable::publish_state(Stream& stream,
     stream.at_rest = at_rest;
     stream.tick = now;
     stream.alive_tick = now;
-    ++stream.version;
-    stream.past[stream.version % kPastKept] = {
-        stream.from, stream.state.order, now, stream.version};
+    Past& past = stream.past[++stream.version % kPastKept];
+    if (past.watched_until > now) {
+        stream.breach_tick = now;  // nobody looks any more whether truth leaves it
+    }
+    past = {stream.from, stream.state.order, now, stream.version, 0};
     stream.keyframe_due = ++stream.since_keyframe >= settings_.keyframe_every;
     stream.is_keyframe = false;
     stream.heartbeat = false;

@@ -35,21 +35,16 @@ struct Keyframe {
     bool delta_ready = false;
 };
 
-/// A publication that was replaced while truth was still within its bound (a heartbeat, an entity
-/// that came to rest). Subscribers far away follow it a little longer, and truth may leave it then.
-struct Replaced {
-    motion::KinematicState from;
-    motion::PredictorOrder order = motion::PredictorOrder::kStatic;
-    Tick tick = 0;
-    Tick watched_until = 0;  ///< 0: nothing to watch
-};
-
 /// A publication that a client may still predict from.
 struct Past {
     motion::KinematicState from;
     motion::PredictorOrder order = motion::PredictorOrder::kStatic;
     Tick tick = 0;
     std::uint32_t version = 0;  ///< 0: none
+    /// It was replaced while truth was still within its bound (a heartbeat, an entity that came to
+    /// rest or looks different). Subscribers far away follow it a little longer, and truth may
+    /// leave it until then. 0: nothing to watch.
+    Tick watched_until = 0;
 };
 
 inline constexpr std::uint32_t kPastKept = 12;
@@ -73,8 +68,8 @@ struct Stream {
     std::uint64_t sent_bytes = 0;    ///< of these
     Tick tick = 0;                   ///< of the publication
     Tick alive_tick = 0;   ///< of the publication, or when truth was last seen to rest as published
-    Tick breach_tick = 0;  ///< when truth last left the prediction, or that of `replaced`
-    Replaced replaced;
+    Tick breach_tick = 0;  ///< when truth last left the prediction, or a watched one of `past`
+    Tick watched_until = 0;  ///< the latest of `past`
     wire::QuantizedState state;
     motion::KinematicState from;         ///< state, dequantised: the base of all predictions
     motion::KinematicState settled;      ///< truth that `state` is known to represent exactly
@@ -242,11 +237,16 @@ class StreamTable final : public wire::record::DeclaredSource {
                                  world::Row row,
                                  const world::EntityType& type,
                                  MotionEstimate& estimate) const;
-    /// Whether truth leaves the newest prediction now; notes the breach, also of the one before.
+    /// Whether truth leaves the newest prediction now; notes the breach, also of watched ones
+    /// before.
     bool note_breach(Stream& stream,
                      Tick now,
                      const motion::KinematicState& truth,
                      const world::EntityType& type);
+    bool leaves_watched(Stream& stream,
+                        Tick now,
+                        const motion::KinematicState& truth,
+                        const LodBound& bound) const;
     void publish_state(Stream& stream,
                        Tick now,
                        const Truth& truth,

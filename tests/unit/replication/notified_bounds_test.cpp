@@ -4,6 +4,8 @@
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 namespace zoned::replication {
 namespace {
@@ -153,6 +155,50 @@ TEST(NotifiedBounds, AlsoToWhoComesFromAnotherZone) {
         EXPECT_LT(judge.verdict.unbounded, judge.verdict.compared / 2);
         EXPECT_EQ(judge.verdict.broken, 0U);
     }
+}
+
+/// Ticks for which clients lacked an entity in view, while they were not notified that it waits.
+std::uint64_t silent_waits(std::uint32_t bytes_per_s, std::uint64_t& all_waits) {
+    // A copy and the word of its loss take at most 15 ticks: half a round trip, the longest
+    // silence, half a round trip. Three copies in a row are lost once in 64 times.
+    constexpr Tick kTicksToTell = 45;
+    NetSettings net;
+    net.loss = 0.25F;
+    net.delay_ticks = 3;
+    Session s(5, narrow_settings(bytes_per_s), net, 120, 20, kClients, 60.0F);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Tick> since;
+    std::vector<mailbox::AuditUpdate> updates;
+    std::uint64_t silent = 0;
+    for (int tick = 0; tick < 1200; ++tick) {
+        s.step();
+        for (std::uint32_t c = 0; c < kClients; ++c) {
+            std::map<std::uint32_t, Tick> told_at;
+            s.replicator.unacknowledged(ClientId(c + 1), updates);
+            for (const mailbox::AuditUpdate& update : updates) {
+                told_at[update.entity.value] = update.postponed_tick;
+            }
+            for (const world::Visible& v : s.visibility[c].visible) {
+                const std::pair key{c, v.entity.value};
+                if (s.remotes[c].model.known.contains(v.entity)) {
+                    since.erase(key);
+                    continue;
+                }
+                const Tick from = since.try_emplace(key, s.world.now).first->second;
+                const Tick told = told_at[v.entity.value];
+                all_waits += s.world.now - from > kTicksToTell ? 1 : 0;
+                silent += s.world.now - std::max(from, told) > kTicksToTell ? 1 : 0;
+            }
+        }
+    }
+    return silent;
+}
+
+/// Also where what was sent was lost, and waits to be sent again.
+TEST(NotifiedBounds, WhoLacksAnEntityIsNotifiedThatItWaits) {
+    std::uint64_t waits = 0;
+    const std::uint64_t silent = silent_waits(1000, waits);
+    EXPECT_LT(silent, waits / 64);
+    EXPECT_GT(waits, 1000U);
 }
 
 /// The checker finds a server that keeps silent about it.
