@@ -26,8 +26,12 @@ std::string worst_of(const Tally& tally, FindingKind kind) {
 void judge_audit(const Tally& t, bool expected, AuditVerdict& v) {
     if (expected && t.samples == 0) {
         v.reasons.push_back(
-            "nothing was compared: no audit came (does the ticket carry the right to audit, are "
-            "audits on?)");
+            t.records == 0
+                ? "nothing was compared: no audit came (does the ticket carry the right to audit, "
+                  "are audits on?)"
+                : "nothing was compared: " + count_of(t.records, "audit", "audits") +
+                      " came, and nobody ever had anything to compare in view (have the types of "
+                      "players a nimbus?)");
     }
     if (t.position_violations > 0) {
         v.reasons.push_back("bound: " + count_of(t.position_violations, "position", "positions") +

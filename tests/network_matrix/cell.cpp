@@ -90,6 +90,7 @@ CellResult run_cell(const Cell& cell, const CellSettings& settings) {
     server.config = settings.config;
     server.sets = settings.sets;
     server.network = network_of(cell, settings.seed);
+    server.threads = settings.threads;
     harness::VirtualServer world(server);
     app::SwarmSettings bots;
     bots.bots = settings.bots;
@@ -97,13 +98,16 @@ CellResult run_cell(const Cell& cell, const CellSettings& settings) {
     bots.seconds = settings.seconds;
     bots.seed = settings.seed;
     bots.audit_every_s = 0.5;
-    bots.freeze_wait_s = kHealS;
+    bots.freeze_wait_s = settings.heal_s;
     bots.frozen_audit_s = kFrozenAudit_s;
     app::Swarm swarm(bots, [&](std::size_t) { return world.connect(); });
     CellResult result;
     double healed_from_s = -1.0;
     while (!swarm.done()) {
         world.step();
+        if (settings.each_step) {
+            settings.each_step(world);
+        }
         swarm.advance(world.client_time_s());
         if (swarm.phase() == app::Swarm::RunPhase::kFreeze && healed_from_s < 0.0) {
             healed_from_s = world.now_s();

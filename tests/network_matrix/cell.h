@@ -5,8 +5,13 @@
 #include "client-sim/measure/run_report.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
+
+namespace zoned::harness {
+class VirtualServer;
+}
 
 namespace zoned::network_matrix {
 
@@ -30,22 +35,25 @@ struct Cell {
 [[nodiscard]] link::ConditionerSettings network_of(const Cell& cell, std::uint64_t seed);
 [[nodiscard]] std::string name_of(const Cell& cell);
 
+/// How long views may take to be exact once the network is good again, s.
+inline constexpr double kHealS = 1.0;
+
 struct CellSettings {
     std::string config;  ///< file
     std::vector<std::string> sets;
     std::size_t bots = 6;
     double seconds = 6.0;
     std::uint64_t seed = 1;
+    double heal_s = kHealS;                                  ///< that views have to be exact again
+    unsigned threads = 1;                                    ///< of the server
+    std::function<void(harness::VirtualServer&)> each_step;  ///< looks on; empty: nobody does
 };
 
 struct CellResult {
     measure::RunReport report;
     double healed_s = 0.0;  ///< from the end of all trouble until every view equals the server's
-    bool healed = false;    ///< they did within kHealS
+    bool healed = false;    ///< they did within CellSettings::heal_s
 };
-
-/// How long views may take to be exact once the network is good again, s.
-inline constexpr double kHealS = 1.0;
 
 /// Bots play on the bad network; then it becomes good and the world stands still.
 [[nodiscard]] CellResult run_cell(const Cell& cell, const CellSettings& settings);

@@ -1,4 +1,4 @@
-#include "tests/integration/snapshot/snapshot_run.h"
+#include "tests/random_worlds/snapshot_run.h"
 
 #include <gtest/gtest.h>
 

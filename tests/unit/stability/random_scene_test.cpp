@@ -1,4 +1,5 @@
 // Random scenes: the generator, its files, the invariants and the shrinker do what they say.
+#include "tests/scenario/minimise.h"
 #include "tests/stability/random/random_lab.h"
 #include "tests/stability/random/scene_generator.h"
 #include "tests/stability/random/scene_shrink.h"
@@ -288,10 +289,10 @@ TEST(SceneShrink, FindsTheSmallestSubset) {
         return std::count(kept.begin(), kept.end(), 13U) == 1 &&
                std::count(kept.begin(), kept.end(), 40U) == 1;
     };
-    EXPECT_EQ(minimise(64, fails, budget), (std::vector<std::size_t>{13, 40}));
+    EXPECT_EQ(scenario::minimise(64, fails, budget), (std::vector<std::size_t>{13, 40}));
     EXPECT_GT(budget, 800) << "logarithmic for few causes";
     budget = 100;
-    EXPECT_TRUE(minimise(
+    EXPECT_TRUE(scenario::minimise(
                     8, [](const auto&) { return true; }, budget)
                     .empty());
 }

@@ -21,7 +21,8 @@ struct SnapshotCourse {
     Tick first = 20;  ///< tick of the first snapshot, which a seed delays a little
     Tick every = 60;  ///< ticks from one snapshot to the next
     int snapshots = 3;
-    Tick follows = 60;  ///< ticks that a copy goes on for
+    Tick follows = 60;         ///< ticks that a copy goes on for
+    int longest_refusal = 60;  ///< ticks in a row in which the world may refuse to be saved
     std::uint64_t seed = 1;
 };
 

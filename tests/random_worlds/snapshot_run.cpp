@@ -1,5 +1,6 @@
-#include "tests/integration/snapshot/snapshot_run.h"
+#include "tests/random_worlds/snapshot_run.h"
 
+#include "server/app/world/world.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -12,8 +13,6 @@ namespace {
 
 /// More parts that differ than these tell no more.
 constexpr std::size_t kMostNamed = 8;
-/// Ticks in a row in which a world may refuse to be saved.
-constexpr int kLongestRefusal = 60;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
@@ -30,8 +29,9 @@ struct SnapshotCopy {
 
 class CourseRunner {
   public:
-    CourseRunner(const harness::VirtualServer& server, SnapshotResult& result)
+    CourseRunner(const harness::VirtualServer& server, int longest_refusal, SnapshotResult& result)
         : server_(server),
+          longest_refusal_(longest_refusal),
           result_(result) {}
 
     [[nodiscard]] bool any() const { return !copies_.empty(); }
@@ -51,7 +51,7 @@ class CourseRunner {
                          " after the snapshot; the states: " + compare(original, *copy.world));
                 }
             }
-            if (copy.until <= original.now() && copy.waited < kLongestRefusal &&
+            if (copy.until <= original.now() && copy.waited < longest_refusal_ &&
                 refuses(original)) {
                 ++copy.waited;
                 copy.until = original.now() + 1;
@@ -76,7 +76,7 @@ class CourseRunner {
         const std::string unsaved = original.save(bytes, &result_.sections);
         const double save_ms = milliseconds_since(begin);
         warm_ = std::max(warm_, bytes.size() * 2);
-        if (!unsaved.empty() && ++refused_ < kLongestRefusal) {
+        if (!unsaved.empty() && ++refused_ < longest_refusal_) {
             return false;
         }
         result_.refused = std::max(result_.refused, std::exchange(refused_, 0));
@@ -129,6 +129,7 @@ class CourseRunner {
     }
 
     const harness::VirtualServer& server_;
+    int longest_refusal_;
     SnapshotResult& result_;
     std::vector<SnapshotCopy> copies_;
     std::vector<mailbox::OutboxItem> outbox_;
@@ -200,7 +201,7 @@ SnapshotResult run_course(const SnapshotCourse& course) {
     harness::VirtualServer server(settings);
     app::Swarm swarm(bots, [&](std::size_t) { return server.connect(); });
     core::Rng rng(course.seed);
-    CourseRunner runner(server, result);
+    CourseRunner runner(server, course.longest_refusal, result);
     Tick due = course.first + rng.below(16);
     int left = course.snapshots;
     Tick seen = 0;
