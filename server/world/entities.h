@@ -26,7 +26,7 @@ enum EntityFlag : std::uint8_t {
     kGrounded = 1u << 2,  ///< characters: carried by the ground
     kHidden = 1u << 3,    ///< no viewer hears of it (carried in an inventory, dead and waiting)
     kCarried = 1u << 5,   ///< characters: a rider, which its carrier moves
-    kBeyond = 1u << 6,    ///< so far out that states cannot tell its position: no viewer hears of it
+    kBeyond = 1u << 6,  ///< so far out that states cannot tell its position: no viewer hears of it
     kDozing = 1u << 4,  ///< its agent is suspended and goes from event to event: nothing else moves
                         ///< it, and code that writes one of its columns calls Entities::touch()
 };

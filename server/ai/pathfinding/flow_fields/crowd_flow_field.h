@@ -15,11 +15,10 @@ namespace zoned::ai::pathfinding {
 
 /// Differs from FlowField in that a step costs more where cells are crowded. The cost is its length
 /// times the mean of 1 + crowding / 16 of both cells. When some cells change, only the paths that
-/// led through them are looked for again. Costs and steps then equal those of a newly built field: of
-/// equally good steps the first is taken, so that the work of later updates does not depend on
-/// earlier ones. After
-/// Ramalingam and Reps, "An incremental algorithm for a generalization of the shortest-path
-/// problem", Journal of Algorithms 21, 1996.
+/// led through them are looked for again. Costs and steps then equal those of a newly built field:
+/// of equally good steps the first is taken, so that the work of later updates does not depend on
+/// earlier ones. After Ramalingam and Reps, "An incremental algorithm for a generalization of the
+/// shortest-path problem", Journal of Algorithms 21, 1996.
 class CrowdFlowField {
   public:
     /// The length of a path; a straight step between empty cells is kStraight * 2 kPerStep.

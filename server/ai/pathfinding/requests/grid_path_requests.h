@@ -215,6 +215,7 @@ class GridPathRequests : public PathProvider {
     void prepare_table(Cell goal);
     /// Searches, and counts the work.
     GridAnswer search(const GridQuery& query);
+
     [[nodiscard]] bool nobody_asks() const { return free_.size() == slots_.size(); }
 
     void renew_index();
