@@ -70,10 +70,6 @@ struct ConfigPlace {
     const Message* message;
 };
 
-const FieldDescriptor* name_field(const FieldDescriptor& list) {
-    return list.message_type() == nullptr ? nullptr : list.message_type()->FindFieldByName("name");
-}
-
 std::string name_of(const Message& element) {
     const FieldDescriptor* name = element.GetDescriptor()->FindFieldByName("name");
     const bool is_text = name != nullptr && !name->is_repeated() &&
@@ -84,10 +80,6 @@ std::string name_of(const Message& element) {
 std::string element_path(const std::string& list, const Message& element, int index) {
     const std::string name = name_of(element);
     return list + "[" + (name.empty() ? std::to_string(index) : name) + "]";
-}
-
-std::string join(const std::string& path, const std::string& name) {
-    return path.empty() ? name : path + "." + name;
 }
 
 void collect(const Message& message,
@@ -103,7 +95,7 @@ void collect(const Message& message,
             (path.empty() && is_process_setting(field->name()))) {
             continue;
         }
-        const std::string here = join(path, field->name());
+        const std::string here = config::join_path(path, field->name());
         if (!field->is_repeated()) {
             collect(r.GetMessage(message, field), here, rng, out);
             continue;
@@ -230,9 +222,10 @@ std::string draw_copy(const Config& config,
         *place.message, &list, static_cast<int>(rng.below(static_cast<std::uint32_t>(size))));
     const std::unique_ptr<Message> copy(original.New());
     copy->CopyFrom(original);
-    if (const FieldDescriptor* name = name_field(list); name != nullptr) {
-        const std::string other = name_of(*copy) + std::to_string(size);
-        copy->GetReflection()->SetString(copy.get(), name, other);
+    if (const std::string name = name_of(*copy); !name.empty()) {
+        copy->GetReflection()->SetString(copy.get(),
+                                         copy->GetDescriptor()->FindFieldByName("name"),
+                                         name + std::to_string(size));
     }
     std::vector<const FieldDescriptor*> fields;
     copy->GetReflection()->ListFields(*copy, &fields);
@@ -250,7 +243,7 @@ std::string draw_copy(const Config& config,
         text.insert(text.size() - 1,
                     field.name() + ": " + (quoted ? "\"" + value + "\"" : value) + " ");
     }
-    return join(place.path, list.name()) + "[" + std::to_string(size) + "]=" + text;
+    return config::join_path(place.path, list.name()) + "[" + std::to_string(size) + "]=" + text;
 }
 
 bool apply(const std::vector<std::string>& sets, Config& config) {
@@ -330,7 +323,7 @@ std::vector<std::string> WorldChanger::draw_change(const Config& config, core::R
     if ((place.path.empty() && is_process_setting(field.name())) || field.name() == "name") {
         return {};
     }
-    const std::string path = join(place.path, field.name());
+    const std::string path = config::join_path(place.path, field.name());
     const Reflection& r = *place.message->GetReflection();
     if (field.is_repeated()) {
         const bool can = field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE &&

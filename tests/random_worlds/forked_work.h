@@ -8,7 +8,7 @@
 
 namespace zoned::random_worlds {
 
-/// What became of the process.
+/// The end of the process.
 struct ForkedResult {
     std::string text;    ///< what the function returned, or the last words on standard error
     int signal = 0;      ///< that ended it; 0: none did

@@ -14,7 +14,7 @@ namespace {
 
 using namespace zoned::random_worlds;
 
-/// Those that a trial of a few seconds can bear.
+/// Worlds small enough for a trial of a few seconds.
 std::vector<std::string> shipped_worlds(const std::vector<std::string>& only) {
     std::vector<std::string> files;
     const std::filesystem::path root = ZONED_SOURCE_DIR "/config";
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
     app.add_option("--most-cpu", settings.trial.most_cpu_s, "CPU seconds of a trial, at most");
     app.add_flag("--quiet", quiet, "No progress");
     CLI11_PARSE(app, argc, argv);
-    // What is found is worth more than the rest of a run that somebody ends early.
+    // Told at once: a run may be ended early.
     settings.each = [&](const LabEntry& entry, std::uint64_t done) {
         if (!quiet) {
             std::fprintf(stderr,

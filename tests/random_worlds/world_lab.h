@@ -44,7 +44,7 @@ ChangedWorld reduce(const ChangedWorld& world,
                     Finding finding,
                     int runs);
 
-/// What became of it, and the command that runs it where it failed.
+/// The outcome, and the command that runs the world where it failed.
 std::string to_text(const LabEntry& entry);
 
 /// How many worlds came to what.

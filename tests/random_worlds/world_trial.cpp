@@ -96,7 +96,7 @@ TrialOutcome judged(const CellResult& result) {
                          : TrialOutcome{Finding::kUnhealed, r.frozen_difference, 0.0};
 }
 
-TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings) {
+TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings, bool& began) {
     CellSettings run;
     run.config = world.file;
     run.sets = world.sets;
@@ -107,7 +107,8 @@ TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings)
     std::array<CourseNotes, 2> notes;
     const auto play = [&](unsigned threads, CourseNotes& into) {
         run.threads = threads;
-        run.each_step = [&into](harness::VirtualServer& server) {
+        run.each_step = [&into, &began](harness::VirtualServer& server) {
+            began = true;
             into.note(server);
         };
         return network_matrix::run_cell(cell_of(settings.seed), run);
@@ -140,20 +141,13 @@ TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings)
     return copied.wrong.empty() ? outcome : TrialOutcome{Finding::kSnapshot, copied.wrong, 0.0};
 }
 
-/// What the rules refuse shows when the world is made, before anything runs.
+/// An exception before anything runs is a refusal, by the rules or the world that is made.
 TrialOutcome guarded(const ChangedWorld& world, const TrialSettings& settings) {
+    bool began = false;
     try {
-        harness::VirtualServerSettings server;
-        server.config = world.file;
-        server.sets = world.sets;
-        const harness::VirtualServer made(server);
+        return run_trial(world, settings, began);
     } catch (const std::exception& error) {
-        return {Finding::kRefused, error.what(), 0.0};
-    }
-    try {
-        return run_trial(world, settings);
-    } catch (const std::exception& error) {
-        return {Finding::kCrash, error.what(), 0.0};
+        return {began ? Finding::kCrash : Finding::kRefused, error.what(), 0.0};
     }
 }
 

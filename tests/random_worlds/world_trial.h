@@ -10,7 +10,7 @@
 
 namespace zoned::random_worlds {
 
-/// What a trial found. The first three say nothing against the world.
+/// The result of a trial. The first three say nothing against the world.
 enum class Finding : std::uint8_t {
     kNone,
     kRefused,       ///< rules or world refuse settings that the checks take
@@ -28,7 +28,7 @@ const char* name_of(Finding finding);
 
 struct TrialOutcome {
     Finding finding = Finding::kNone;
-    std::string text;  ///< what exactly
+    std::string text;  ///< in words
     double cpu_s = 0.0;
 
     [[nodiscard]] bool failed() const { return finding > Finding::kInconclusive; }

@@ -59,28 +59,24 @@ void check_margin(const proto::config::Config& config, Diagnostics& diagnostics)
     }
 }
 
-/// What a client was promised nearby, it goes on showing for a while farther away.
+/// A client goes on showing for a while, farther away, by the bound that it was promised nearby.
 void check_bounds_widen(const proto::config::Config& config, int l, Diagnostics& diagnostics) {
     if (l == 0) {
         return;
     }
     const auto& nearer = config.lod(l - 1);
     const auto& farther = config.lod(l);
-    const std::string path = join_path("", "lod", l);
-    if (farther.position_bound_m() < nearer.position_bound_m()) {
-        diagnostics.add(path + ".position_bound_m",
-                        text_of("%g is less than the bound nearer by, %g: a bound may only widen "
-                                "with the distance",
-                                farther.position_bound_m(),
-                                nearer.position_bound_m()));
-    }
-    if (farther.orientation_bound_rad() < nearer.orientation_bound_rad()) {
-        diagnostics.add(path + ".orientation_bound_rad",
-                        text_of("%g is less than the bound nearer by, %g: a bound may only widen "
-                                "with the distance",
-                                farther.orientation_bound_rad(),
-                                nearer.orientation_bound_rad()));
-    }
+    const auto check = [&](const char* field, double here, double before) {
+        if (here < before) {
+            diagnostics.add(join_path("", "lod", l) + "." + field,
+                            text_of("%g is less than the bound nearer by, %g: a bound may only "
+                                    "widen with the distance",
+                                    here,
+                                    before));
+        }
+    };
+    check("position_bound_m", farther.position_bound_m(), nearer.position_bound_m());
+    check("orientation_bound_rad", farther.orientation_bound_rad(), nearer.orientation_bound_rad());
 }
 
 void check_lods(const proto::config::Config& config, Diagnostics& diagnostics) {

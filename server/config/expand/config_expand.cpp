@@ -178,16 +178,12 @@ world::EntityType expand_type(const proto::config::Config& config,
 static_assert(static_cast<int>(world::Stance::kRiding) == proto::config::RIDING);
 static_assert(static_cast<int>(world::VisibilityFilter::kRules) == proto::config::RULES);
 
-/// A lost publication and its successor's way take about so long, s: the last one is displayed on.
-constexpr double kLossHorizon_s = 0.25;
-
 /// Steps of rates that are not set follow from the nearest level's bounds; publications are half a
 /// heartbeat apart in the mean where prediction is at its best.
 wire::Quantization expand_quantization(const proto::config::Config& config) {
     const auto& q = config.replication().quantization();
-    const double heartbeat_s =
-        config.replication().heartbeat_ticks() / config.world().tick_rate_hz();
-    const double horizon_s = std::max(0.5 * heartbeat_s, kLossHorizon_s);
+    const double horizon_s =
+        0.5 * config.replication().heartbeat_ticks() / config.world().tick_rate_hz();
     const auto& nearest =
         config.lod_size() > 0 ? config.lod(0) : proto::config::Lod::default_instance();
     const wire::RateSteps steps = wire::rate_steps(narrow(nearest.position_bound_m()),

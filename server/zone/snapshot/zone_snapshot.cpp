@@ -54,7 +54,7 @@ void serialize_sets(Archive& archive, world::Visibility& sets) {
         world::VisibleSet& set = sets[static_cast<std::size_t>(i)];
         archive(set.client, set.visible, set.entered, set.left, set.lod_changed);
         if constexpr (Archive::kReads) {
-            // What `changed` and `stamp` say holds within a tick.
+            // `changed` and `stamp` hold within a tick.
             set.stamp = 0;
         }
     }

@@ -1,4 +1,5 @@
-// What leaves the space that states can tell leaves all views, and comes back to them with it.
+// Things outside of the space that states can tell are in no view; they come back to views with
+// their return.
 #include "server/app/world/world.h"
 #include "tests/harness/game_test.h"
 

@@ -4,6 +4,7 @@
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
@@ -166,7 +167,7 @@ std::uint64_t silent_waits(std::uint32_t bytes_per_s, std::uint64_t& all_waits) 
     net.loss = 0.25F;
     net.delay_ticks = 3;
     Session s(5, narrow_settings(bytes_per_s), net, 120, 20, kClients, 60.0F);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Tick> since;
+    std::array<std::map<std::uint32_t, Tick>, kClients> since;  // by entity that is lacked now
     std::vector<mailbox::AuditUpdate> updates;
     std::uint64_t silent = 0;
     for (int tick = 0; tick < 1200; ++tick) {
@@ -177,17 +178,18 @@ std::uint64_t silent_waits(std::uint32_t bytes_per_s, std::uint64_t& all_waits) 
             for (const mailbox::AuditUpdate& update : updates) {
                 told_at[update.entity.value] = update.postponed_tick;
             }
+            std::map<std::uint32_t, Tick> lacked;
             for (const world::Visible& v : s.visibility[c].visible) {
-                const std::pair key{c, v.entity.value};
                 if (s.remotes[c].model.known.contains(v.entity)) {
-                    since.erase(key);
                     continue;
                 }
-                const Tick from = since.try_emplace(key, s.world.now).first->second;
-                const Tick told = told_at[v.entity.value];
+                const auto before = since[c].find(v.entity.value);
+                const Tick from = before != since[c].end() ? before->second : s.world.now;
+                lacked[v.entity.value] = from;
                 all_waits += s.world.now - from > kTicksToTell ? 1 : 0;
-                silent += s.world.now - std::max(from, told) > kTicksToTell ? 1 : 0;
+                silent += s.world.now - std::max(from, told_at[v.entity.value]) > kTicksToTell;
             }
+            since[c] = std::move(lacked);
         }
     }
     return silent;
