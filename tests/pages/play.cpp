@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <set>
 #include <stdexcept>
 
 namespace zoned::pages {
@@ -74,6 +75,55 @@ std::string without_end(std::string text) {
         text.pop_back();
     }
     return text;
+}
+
+const std::set<std::string> kTopLevel = {"CMakeLists.txt",
+                                         "README.md",
+                                         "client-sim",
+                                         "config",
+                                         "docker",
+                                         "kernels",
+                                         "proto",
+                                         "server",
+                                         "shared",
+                                         "tests"};
+
+void remove_others(const fs::path& folder, const std::set<std::string>& kept) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        if (!kept.contains(entry.path().filename().string())) {
+            fs::remove_all(entry.path());
+        }
+    }
+}
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+    const fs::file_status of_a = fs::symlink_status(a);
+    const fs::file_status of_b = fs::symlink_status(b);
+    return fs::is_regular_file(of_b) && of_a.permissions() == of_b.permissions() &&
+           fs::file_size(a) == fs::file_size(b) && fs::last_write_time(a) == fs::last_write_time(b);
+}
+
+/// Makes `copy` what `original` is. Most of it is so already: to make all files anew would take
+/// longer than most pages do.
+void mirror(const fs::path& original, const fs::path& copy) {
+    if (!fs::is_directory(original)) {
+        if (!is_same_file(original, copy)) {
+            fs::remove_all(copy);
+            fs::copy_file(original, copy);
+            fs::last_write_time(copy, fs::last_write_time(original));
+        }
+        return;
+    }
+    if (!fs::is_directory(fs::symlink_status(copy))) {
+        fs::remove_all(copy);
+        fs::create_directory(copy);
+    }
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(original)) {
+        names.insert(entry.path().filename().string());
+        mirror(entry.path(), copy / entry.path().filename());
+    }
+    remove_others(copy, names);
 }
 
 class Player {
@@ -230,21 +280,11 @@ class Player {
 Stage set_stage(const fs::path& source, const fs::path& build, const fs::path& scratch) {
     const fs::path root = scratch / "zoned";
     fs::create_directories(root);
-    for (const char* name : {"CMakeLists.txt",
-                             "README.md",
-                             "client-sim",
-                             "config",
-                             "docker",
-                             "kernels",
-                             "proto",
-                             "server",
-                             "shared",
-                             "tests"}) {
-        fs::copy(source / name,
-                 root / name,
-                 fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    remove_others(scratch, {"zoned"});
+    remove_others(root, kTopLevel);
+    for (const std::string& name : kTopLevel) {
+        mirror(source / name, root / name);
     }
-    fs::remove(root / "build");
     fs::create_directory_symlink(fs::canonical(build), root / "build");
     return {root, scratch};
 }

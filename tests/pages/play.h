@@ -22,8 +22,8 @@ struct Played {
     int commands = 0;                ///< blocks that were run
 };
 
-/// Copies the repository's tracked top level from `source` into `scratch`/zoned, and links `build`
-/// there.
+/// Makes `scratch`/zoned a copy of the repository's tracked top level in `source`, with `build`
+/// linked there. Nothing that an earlier page left in `scratch` stays.
 Stage set_stage(const std::filesystem::path& source,
                 const std::filesystem::path& build,
                 const std::filesystem::path& scratch);

@@ -47,6 +47,42 @@ class Pages : public ::testing::Test {
     Stage stage_;
 };
 
+std::string text_of(const fs::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+TEST_F(Pages, FindNothingThatAnEarlierPageChangedOrLeft) {
+    const fs::path source = scratch_ / "source";
+    for (const char* name :
+         {"client-sim", "config", "docker", "kernels", "proto", "server/net", "shared", "tests"}) {
+        fs::create_directories(source / name);
+    }
+    for (const char* name : {"CMakeLists.txt", "README.md", "config/a.txtpb", "server/net/b.cpp"}) {
+        std::ofstream(source / name) << name;
+    }
+    const Stage first = set_stage(source, scratch_, scratch_ / "stage");
+    EXPECT_EQ(text_of(first.root / "server/net/b.cpp"), "server/net/b.cpp");
+    EXPECT_TRUE(fs::exists(first.root / "build/zoned/config/base.txtpb"));
+    std::ofstream(first.root / "config/a.txtpb") << "other text in it";
+    std::ofstream(first.root / "config/left.txtpb") << "left";
+    fs::permissions(first.root / "README.md", fs::perms::owner_read);
+    fs::remove_all(first.root / "server/net");
+    std::ofstream(first.root / "server/net") << "a file where a folder was";
+    fs::create_directories(first.root / "shared/left/far/down");
+    fs::create_directories(first.scratch / "game/build");
+    const Stage second = set_stage(source, scratch_, scratch_ / "stage");
+    EXPECT_EQ(text_of(second.root / "config/a.txtpb"), "config/a.txtpb");
+    EXPECT_EQ(text_of(second.root / "server/net/b.cpp"), "server/net/b.cpp");
+    EXPECT_EQ(fs::status(second.root / "README.md").permissions(),
+              fs::status(source / "README.md").permissions());
+    EXPECT_FALSE(fs::exists(second.root / "config/left.txtpb"));
+    EXPECT_FALSE(fs::exists(second.root / "shared/left"));
+    EXPECT_FALSE(fs::exists(second.scratch / "game"));
+    EXPECT_TRUE(fs::exists(source / "server/net/b.cpp"));
+    EXPECT_TRUE(fs::exists(scratch_ / "zoned/config/base.txtpb"));  // behind the link to the build
+}
+
 TEST_F(Pages, PassWhenEveryBlockDoesWhatThePageSays) {
     const Played p = played(
         "Write `hello.txt`:\n<!-- page: file hello.txt -->\n```txt\nhello\n```\n"
