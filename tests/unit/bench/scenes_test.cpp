@@ -1,3 +1,4 @@
+// build: computes
 #include "tests/scenario/overlaps.h"
 #include "tests/scenario/physics_scenes.h"
 #include "tests/scenario/spin_reference.h"

@@ -1,3 +1,4 @@
+// build: computes
 // Surfaces: nearby triangles, heights, and how characters walk on surfaces and are stopped.
 #include "shared/core/rng.h"
 #include "shared/math/segment_triangle.h"

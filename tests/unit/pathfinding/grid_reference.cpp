@@ -1,3 +1,4 @@
+// build: computes
 #include "tests/unit/pathfinding/grid_reference.h"
 
 #include "shared/core/rng.h"

@@ -1,3 +1,4 @@
+// build: computes
 // EnvelopeSolver against dense factorisations, and its results on dependent rows.
 #include "server/physics/joints/envelope_solver.h"
 

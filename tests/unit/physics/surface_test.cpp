@@ -1,3 +1,4 @@
+// build: computes
 // Meshes and heightfields: how they are built, and the contacts that bodies have with them.
 #include "server/physics/narrowphase/collide_triangle.h"
 #include "server/physics/narrowphase/contact_set.h"
