@@ -68,9 +68,12 @@ bool has_browser() {
 
 Browser::Browser() : socket_(std::make_unique<Socket>()) {
     const std::string folder = testing_process::scratch_folder() + "/browser";
+    // It makes folders of its own beside the one that it is told, and leaves them behind.
     process_ = std::make_unique<testing_process::Child>(
-        kProgram,
-        std::vector<std::string>{"--headless=new",
+        "/usr/bin/env",
+        std::vector<std::string>{"TMPDIR=" + testing_process::scratch_folder(),
+                                 kProgram,
+                                 "--headless=new",
                                  "--no-sandbox",
                                  "--no-first-run",
                                  "--disable-extensions",

@@ -1,6 +1,7 @@
 #include "tests/integration/process/child.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
 namespace zoned::testing_process {
@@ -26,14 +28,32 @@ std::string read_file(const std::string& path) {
     return text.str();
 }
 
+/// Goes with the process.
+struct ScratchFolder {
+    ScratchFolder() {
+        std::string pattern = "/tmp/zoned-process-XXXXXX";
+        path = ::mkdtemp(pattern.data());
+    }
+
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+    ~ScratchFolder() {
+        std::error_code left;  // a browser that is still ending may write there
+        if (::getpid() == owner) {
+            std::filesystem::remove_all(path, left);
+        }
+    }
+
+    std::string path;
+    pid_t owner = ::getpid();
+};
+
 }  // namespace
 
 std::string scratch_folder() {
-    static const std::string folder = [] {
-        std::string pattern = "/tmp/zoned-process-XXXXXX";
-        return std::string(mkdtemp(pattern.data()));
-    }();
-    return folder;
+    static const ScratchFolder folder;
+    return folder.path;
 }
 
 Child::Child(const std::string& program, const std::vector<std::string>& arguments) {
