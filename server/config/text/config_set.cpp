@@ -134,6 +134,21 @@ bool parse_value(const std::string& value,
     return false;
 }
 
+bool take_out(Message& message, const FieldDescriptor& field, int index, std::string& reason) {
+    const Reflection& reflection = *message.GetReflection();
+    const int size = reflection.FieldSize(message, &field);
+    if (index == size) {
+        reason = field.name() + " has " + std::to_string(size) + " elements: there is no [" +
+                 std::to_string(index) + "] to take out";
+        return false;
+    }
+    for (int i = index; i + 1 < size; ++i) {
+        reflection.SwapElements(&message, &field, i, i + 1);
+    }
+    reflection.RemoveLast(&message, &field);
+    return true;
+}
+
 /// Parses into a fresh message first, so that a bad value leaves the config as it was.
 bool set_leaf(Message& message,
               const FieldDescriptor& field,
@@ -174,11 +189,14 @@ bool set_leaf(Message& message,
         return true;
     }
     const int i = find_element(message, field, *component.index, reason);
+    const int size = reflection.FieldSize(message, &field);
+    if (i >= 0 && value.empty()) {
+        return take_out(message, field, i, reason);
+    }
     if (i < 0 || !parse_value(value, field, *fresh, reason)) {
         return false;
     }
     // Appended at the end, then swapped into its place.
-    const int size = reflection.FieldSize(message, &field);
     message.MergeFrom(*fresh);
     if (i < size) {
         reflection.SwapElements(&message, &field, i, size);
@@ -248,7 +266,8 @@ bool assign(Message& config,
                     return false;
                 }
             }
-            here = join_path(here, field->name(), index);
+            // Where an element is taken out, those after it stand elsewhere in the text.
+            here = join_path(here, field->name(), value.empty() ? -1 : index);
             return set_leaf(*message, *field, component, value, reason);
         }
         message = step_into(*message, *field, component, here, reason);

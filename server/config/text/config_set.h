@@ -17,8 +17,9 @@ namespace zoned::config {
 
 /// Applies one "path=value". Elements of lists are named by index from 0 or by the element's name:
 /// "zones.zone[1].name=north", "type[player].mass_kg=70"; the index one past the last appends.
-/// A list without index takes comma-separated values. Messages take "{...}" in text format; an
-/// empty value clears. Mistakes go to `diagnostics` with the path.
+/// A list without index takes comma-separated values. Messages take "{...}" in text format. An
+/// empty value clears a setting, and takes an element out of its list. Mistakes go to `diagnostics`
+/// with the path.
 void apply_set(const std::string& assignment,
                proto::config::Config& config,
                Diagnostics& diagnostics);

@@ -69,6 +69,33 @@ TEST(Set, ClearsWithAnEmptyValue) {
     EXPECT_EQ(out.settings.replication.heartbeat_ticks, 60u);
 }
 
+TEST(Set, TakesElementsOutOfListsWithAnEmptyValue) {
+    const Outcome out = parse(kValid,
+                              {"spawn[1]={x_m: 3 z_m: 3}",
+                               "spawn[2]={x_m: 4 z_m: 4}",
+                               "spawn[0]=",
+                               "spawn[1]=",
+                               "session.dev_rights=AUDIT,PLAY",
+                               "session.dev_rights[0]=",
+                               "rules[0]={name: \"motto\"}",
+                               "rules[motto]="});
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    ASSERT_EQ(out.settings.spawn_points.size(), 1u);
+    EXPECT_EQ(out.settings.spawn_points[0].position.x(), 3.0);
+    ASSERT_EQ(out.settings.config->session().dev_rights_size(), 1);
+    EXPECT_EQ(out.settings.config->session().dev_rights(0), proto::config::PLAY);
+    EXPECT_TRUE(out.settings.rules.empty());
+}
+
+/// Elements behind one that is taken out are not where their paths said.
+TEST(Set, ReportsNoPlaceInAListOutOfWhichAnElementWasTaken) {
+    const std::string text = with("spawn {", "rules { name: \"a\" }\nrules { }\nspawn {");
+    ASSERT_GT(parse(text).errors.at(0).line, 0);
+    const Outcome out = parse(text, {"rules[a]="});
+    ASSERT_EQ(out.errors.size(), 1u) << format_errors("test", out.errors);
+    EXPECT_EQ(out.errors[0].line, 0) << format_errors("test", out.errors);
+}
+
 TEST(Set, AppliesInOrder) {
     EXPECT_EQ(parse(kValid, {"world.seed=1", "world.seed=2"}).settings.seed, 2u);
 }
@@ -94,6 +121,8 @@ TEST(Set, SaysWhatIsWrong) {
         {"spawn.x_m=1", "spawn.x_m", "spawn[0]"},
         {"spawn[5].x_m=1", "spawn[5].x_m", "1 elements"},
         {"spawn[-1].x_m=1", "spawn[-1].x_m", "is named '-1'"},
+        {"spawn[1]=", "spawn[1]", "there is no [1] to take out"},
+        {"type[ghost]=", "type[ghost]", "no type is named 'ghost'"},
         {"type[ghost].mass_kg=1", "type[ghost].mass_kg", "no type is named 'ghost'"},
         {"world.seed.x=1", "world.seed.x", "nothing below"},
         {"type[0].kind=ROCK", "type[0].kind", "choose one of PROP, CHARACTER"},
