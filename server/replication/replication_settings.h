@@ -71,9 +71,9 @@ struct ReplicationReport {
     std::uint32_t over_budget = 0;  ///< clients with updates still pending when their budget ended
     std::uint32_t widened = 0;      ///< clients that were notified of bounds wider than promised
     EntityId limit_entity;          ///< one of those that exceeded a limit
-    std::uint32_t limit_exceeded =
-        0;                     ///< entities whose truth exceeded its declared a_max or dv_max
-    std::uint32_t inputs = 0;  ///< commands that were due
+    /// Entities, ghosts included, whose truth exceeded its declared a_max or dv_max.
+    std::uint32_t limit_exceeded = 0;
+    std::uint32_t inputs = 0;          ///< commands that were due
     std::uint32_t inputs_missing = 0;  ///< of these: not there in time
     CodecChoice codec;                 ///< the newest one of Codec::kAuto
     std::uint32_t coded_packets = 0;   ///< of packets
