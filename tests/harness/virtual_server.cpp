@@ -82,6 +82,10 @@ session::SessionOutput VirtualServer::output() {
     return out;
 }
 
+void VirtualServer::give(mailbox::InboxItem item) {
+    inbox_.push_back(std::move(item));
+}
+
 void VirtualServer::step() {
     ++steps_;
     // A product, not a sum: time must not drift from the tick clock over long runs.

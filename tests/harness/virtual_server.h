@@ -103,6 +103,8 @@ class VirtualServer {
     /// The paths of datagrams to the clients, in order of connection: their bottlenecks can be
     /// changed and read.
     [[nodiscard]] std::vector<link::Conditioner*> paths_down();
+    /// An item for the world's next tick, as operators and reloads send.
+    void give(mailbox::InboxItem item);
     /// Sends all clients the notice that the server closes.
     void shutdown();
 

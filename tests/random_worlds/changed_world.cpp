@@ -1,5 +1,6 @@
 #include "tests/random_worlds/changed_world.h"
 
+#include "server/app/runtime/live_settings.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/text/config_set.h"
 #include "server/config/text/read_text.h"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -29,6 +31,8 @@ using proto::config::Config;
 constexpr int kMostOfAList = 3;
 /// Trials to find the next change that the checks accept.
 constexpr int kTrials = 12;
+/// Trials to find all changes that are read anew: most that are drawn are not of agents.
+constexpr int kReloadTrials = 150;
 /// A drawn number of entities is at most so many times the present one, or this.
 constexpr double kMostCountFactor = 4.0;
 constexpr double kLeastMostCount = 60.0;
@@ -48,11 +52,7 @@ bool is_process_setting(const std::string& name) {
                                                  "run",
                                                  "compute",
                                                  "log",
-                                                 "audit",
-                                                 "budget",
-                                                 "script",
-                                                 "policy",
-                                                 "rules"};
+                                                 "audit"};
     return kNames.contains(name);
 }
 
@@ -246,7 +246,7 @@ std::string draw_copy(const Config& config,
     return config::join_path(place.path, list.name()) + "[" + std::to_string(size) + "]=" + text;
 }
 
-bool apply(const std::vector<std::string>& sets, Config& config) {
+bool apply_sets(const std::vector<std::string>& sets, Config& config) {
     for (const std::string& one : sets) {
         config::Diagnostics diagnostics;
         config::apply_set(one, config, diagnostics);
@@ -264,6 +264,12 @@ std::string command_of(const ChangedWorld& world) {
     for (const std::string& one : world.sets) {
         command += " \\\n    --set '" + one + "'";
     }
+    if (!world.reload.empty()) {
+        command += "\n  reads anew:";
+    }
+    for (const std::string& one : world.reload) {
+        command += "\n    --reload '" + one + "'";
+    }
     return command;
 }
 
@@ -271,6 +277,26 @@ bool is_accepted(const ChangedWorld& world) {
     config::Settings settings;
     std::vector<config::ConfigError> errors;
     return config::load_settings(world.file, world.sets, settings, errors);
+}
+
+core::Result<mailbox::NewBrains> brains_of_reload(const ChangedWorld& world) {
+    using Brains = core::Result<mailbox::NewBrains>;
+    std::vector<std::string> sets = world.sets;
+    sets.insert(sets.end(), world.reload.begin(), world.reload.end());
+    config::Settings running;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_settings(world.file, world.sets, running, errors)) {
+        return Brains::failure(config::format_errors(world.file, errors));
+    }
+    const auto prepared = app::prepare_reload(world.file, sets, running);
+    if (!prepared.ok()) {
+        return Brains::failure(prepared.error());
+    }
+    const config::ReloadPlan& plan = prepared->plan;
+    if (plan.brains == nullptr) {
+        return Brains::failure("no agents change: " + app::text_of(plan.changes));
+    }
+    return mailbox::NewBrains{std::make_shared<const std::string>(plan.merged->text), plan.brains};
 }
 
 WorldChanger::WorldChanger(std::vector<std::string> files) {
@@ -295,7 +321,7 @@ ChangedWorld WorldChanger::draw(core::Rng& rng, int most_changes) const {
     for (int made = 0, trial = 0; made < wanted && trial < kTrials * wanted; ++trial) {
         const auto sets = rng.below(4) == 0 ? draw_guest(config, rng) : draw_change(config, rng);
         Config changed = config;
-        if (sets.empty() || !apply(sets, changed)) {
+        if (sets.empty() || !apply_sets(sets, changed)) {
             continue;
         }
         ChangedWorld next = world;
@@ -308,6 +334,34 @@ ChangedWorld WorldChanger::draw(core::Rng& rng, int most_changes) const {
         }
     }
     return world;
+}
+
+void WorldChanger::draw_reload(core::Rng& rng, int most_changes, ChangedWorld& world) const {
+    const auto shipped = std::find_if(worlds_.begin(), worlds_.end(), [&](const ShippedWorld& one) {
+        return one.file == world.file;
+    });
+    Config config = shipped->config;
+    if (!apply_sets(world.sets, config)) {
+        return;
+    }
+    const int wanted =
+        1 + static_cast<int>(rng.below(static_cast<std::uint32_t>(std::max(1, most_changes))));
+    for (int made = 0, trial = 0; made < wanted && trial < kReloadTrials; ++trial) {
+        const auto sets = draw_change(config, rng);
+        Config changed = config;
+        if (sets.empty() ||
+            !config::is_live_setting(sets.front().substr(0, sets.front().find('='))) ||
+            !apply_sets(sets, changed)) {
+            continue;
+        }
+        ChangedWorld next = world;
+        next.reload.insert(next.reload.end(), sets.begin(), sets.end());
+        if (brains_of_reload(next).ok()) {
+            world = std::move(next);
+            config = std::move(changed);
+            ++made;
+        }
+    }
 }
 
 std::vector<std::string> WorldChanger::draw_change(const Config& config, core::Rng& rng) const {
@@ -330,6 +384,12 @@ std::vector<std::string> WorldChanger::draw_change(const Config& config, core::R
                          r.FieldSize(*place.message, &field) > 0;
         if (!can) {
             return {};
+        }
+        if (rng.below(3) == 0) {
+            const int size = r.FieldSize(*place.message, &field);
+            const int at = static_cast<int>(rng.below(static_cast<std::uint32_t>(size)));
+            const Message& element = r.GetRepeatedMessage(*place.message, &field, at);
+            return {element_path(path, element, at) + "="};
         }
         return {rng.below(8) == 0 ? path + "=" : draw_copy(config, place, field, rng)};
     }

@@ -2,7 +2,9 @@
 // takes.
 #pragma once
 
+#include "server/mailbox/messages.h"
 #include "proto/config/config.pb.h"
+#include "shared/core/result.h"
 #include "shared/core/rng.h"
 
 #include <string>
@@ -13,9 +15,11 @@ namespace zoned::random_worlds {
 struct ChangedWorld {
     std::string file;               ///< of the shipped world
     std::vector<std::string> sets;  ///< "path.to.field=value", in this order
+    /// Come with a config that is read anew while it runs; empty: none is.
+    std::vector<std::string> reload = {};
 };
 
-/// The command that runs it.
+/// The command that runs it, and in words what is read anew.
 std::string command_of(const ChangedWorld& world);
 
 /// Draws changes by the schema alone, so that settings to come are changed too. Leaves out what
@@ -29,6 +33,9 @@ class WorldChanger {
     /// their ranges, other choices and names, parts that are cleared, added, or taken from the
     /// other worlds. Standard error gets each world before it is checked.
     [[nodiscard]] ChangedWorld draw(core::Rng& rng, int most_changes) const;
+
+    /// Gives a world changes of its agents that a running server takes; it may find none.
+    void draw_reload(core::Rng& rng, int most_changes, ChangedWorld& world) const;
 
   private:
     struct ShippedWorld {
@@ -47,5 +54,9 @@ class WorldChanger {
 
 /// Whether `zoned check` would accept it.
 bool is_accepted(const ChangedWorld& world);
+
+/// What a running server takes of the changes that are read anew. Fails where it refuses them, and
+/// where they change no agents.
+core::Result<mailbox::NewBrains> brains_of_reload(const ChangedWorld& world);
 
 }  // namespace zoned::random_worlds

@@ -53,6 +53,9 @@ int main(int argc, char** argv) {
                    settings.trial.seed,
                    "Of networks and bots, as the table tells it; 0: drawn");
     app.add_option("--set", settings.sets, "path.to.field=value after all changes (repeatable)");
+    app.add_option("--reload",
+                   settings.reload,
+                   "path.to.field=value that is read anew in the middle of the play (repeatable)");
     app.add_option("--bots", settings.trial.bots, "Bots in each world");
     app.add_option("--seconds", settings.trial.seconds, "They play for so long");
     app.add_option("--jobs", settings.jobs, "Worlds at a time");

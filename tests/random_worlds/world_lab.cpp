@@ -19,7 +19,11 @@ namespace {
 ChangedWorld with(const ChangedWorld& world, const std::vector<std::size_t>& chosen) {
     ChangedWorld fewer{world.file, {}};
     for (const std::size_t i : chosen) {
-        fewer.sets.push_back(world.sets[i]);
+        if (i < world.sets.size()) {
+            fewer.sets.push_back(world.sets[i]);
+        } else {
+            fewer.reload.push_back(world.reload[i - world.sets.size()]);
+        }
     }
     return fewer;
 }
@@ -48,15 +52,18 @@ struct RunningWorld {
     bool over = false;
 };
 
-/// Separates what a process says of its world: outcome, CPU time, seed, file, sets.
+/// Separates what a process says of its world: outcome, CPU time, seed, file, number of sets, sets,
+/// those of a reload.
 constexpr char kSeparator = '\x1e';
 
 std::string packed(const LabEntry& entry) {
     std::string text = text_of(entry.outcome) + kSeparator + std::to_string(entry.outcome.cpu_s) +
                        kSeparator + std::to_string(entry.trial_seed) + kSeparator +
-                       entry.world.file;
-    for (const std::string& one : entry.world.sets) {
-        text += kSeparator + one;
+                       entry.world.file + kSeparator + std::to_string(entry.world.sets.size());
+    for (const auto* list : {&entry.world.sets, &entry.world.reload}) {
+        for (const std::string& one : *list) {
+            text += kSeparator + one;
+        }
     }
     return text;
 }
@@ -76,7 +83,9 @@ LabEntry unpacked(const std::string& text) {
     entry.outcome = outcome_of(result);
     entry.trial_seed = std::stoull(parts.at(2));
     entry.world.file = parts.at(3);
-    entry.world.sets.assign(parts.begin() + 4, parts.end());
+    const auto reload = parts.begin() + 5 + std::stol(parts.at(4));
+    entry.world.sets.assign(parts.begin() + 5, reload);
+    entry.world.reload.assign(reload, parts.end());
     return entry;
 }
 
@@ -128,6 +137,10 @@ LabEntry draw_entry(const WorldChanger& changer,
     entry.world = changer.draw(rng, settings.most_changes);
     entry.world.sets.insert(entry.world.sets.end(), settings.sets.begin(), settings.sets.end());
     entry.trial_seed = settings.trial.seed != 0 ? settings.trial.seed : 1 + rng.below(1000000);
+    entry.world.reload = settings.reload;
+    if (settings.reload.empty() && settings.most_changes > 0 && rng.below(2) == 0) {
+        changer.draw_reload(rng, settings.most_changes, entry.world);
+    }
     return entry;
 }
 
@@ -141,7 +154,8 @@ ChangedWorld reduce(const ChangedWorld& world,
     if (fails({})) {
         return {world.file, {}};
     }
-    return with(world, scenario::minimise(world.sets.size(), fails, runs));
+    const std::size_t changes = world.sets.size() + world.reload.size();
+    return with(world, scenario::minimise(changes, fails, runs));
 }
 
 std::vector<LabEntry> run_lab(const LabSettings& settings) {

@@ -20,6 +20,8 @@ struct LabEntry {
 struct LabSettings {
     std::vector<std::string> files;  ///< shipped worlds to begin with
     std::vector<std::string> sets;   ///< come after the changes of each world
+    /// Read anew in each world; empty: half of the worlds draw their own.
+    std::vector<std::string> reload;
     std::uint64_t seed = 1;
     std::uint64_t first = 0;  ///< number of the first world
     std::uint64_t count = 1;

@@ -1,5 +1,6 @@
 #include "tests/random_worlds/world_trial.h"
 
+#include "server/app/world/agent_reload.h"
 #include "server/app/world/world.h"
 #include "tests/harness/virtual_server.h"
 #include "tests/network_matrix/cell.h"
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <cstring>
 #include <exception>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -45,10 +47,12 @@ struct CourseNotes {
     std::string stopped;
     std::uint64_t beyond_limits = 0;  ///< times that an entity moved as its type's limits forbid
     Tick last = 0;
+    bool reloaded = false;
 
-    void note(harness::VirtualServer& server) {
+    /// False: no tick has passed.
+    bool note(harness::VirtualServer& server) {
         if (server.simulated() == last) {
-            return;
+            return false;
         }
         last = server.simulated();
         server.hash_zones(course.emplace_back());
@@ -60,6 +64,7 @@ struct CourseNotes {
             stopped = "zone " + std::to_string(zone.zone.value) + " at tick " +
                       std::to_string(zone.tick) + " in " + zone.place + ": " + zone.text;
         }
+        return true;
     }
 };
 
@@ -96,6 +101,16 @@ TrialOutcome judged(const CellResult& result) {
                          : TrialOutcome{Finding::kUnhealed, r.frozen_difference, 0.0};
 }
 
+/// As a replay has them from a recording, which holds their text.
+mailbox::InboxItem replayed(const mailbox::NewBrains& brains, harness::VirtualServer& server) {
+    mailbox::InboxItem item = mailbox::NewBrains{brains.config, nullptr};
+    const auto restored = app::restore_brains(server.settings(), item);
+    if (!restored.ok()) {
+        throw std::runtime_error("a replay cannot read the agents anew: " + restored.error());
+    }
+    return item;
+}
+
 TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings, bool& began) {
     CellSettings run;
     run.config = world.file;
@@ -105,11 +120,15 @@ TrialOutcome run_trial(const ChangedWorld& world, const TrialSettings& settings,
     run.seed = settings.seed;
     run.heal_s = 10.0;  // a world may have a small budget of bytes
     std::array<CourseNotes, 2> notes;
+    const auto reload = brains_of_reload(world);
     const auto play = [&](unsigned threads, CourseNotes& into) {
         run.threads = threads;
-        run.each_step = [&into, &began](harness::VirtualServer& server) {
+        run.each_step = [&](harness::VirtualServer& server) {
             began = true;
-            into.note(server);
+            if (into.note(server) && reload.ok() && server.now_s() >= 0.5 * settings.seconds &&
+                !std::exchange(into.reloaded, true)) {
+                server.give(threads == 1 ? mailbox::InboxItem(*reload) : replayed(*reload, server));
+            }
         };
         return network_matrix::run_cell(cell_of(settings.seed), run);
     };

@@ -19,7 +19,7 @@ enum class Finding : std::uint8_t {
     kInconsistent,  ///< the verdict on the bots
     kLimits,        ///< the same, where something moved as the declared limits of its type forbid
     kUnhealed,      ///< views differ from the server's though the network is good again
-    kThreads,       ///< another number of threads gives another world
+    kThreads,       ///< another number of threads, or a replay's reload, gives another world
     kSnapshot,      ///< a copy from a snapshot goes on in another way
     kStopped        ///< a zone stopped as its rules threw
 };
@@ -42,7 +42,8 @@ struct TrialSettings {
 };
 
 /// Runs it in a process of its own: on one thread and on three, with the same bots on the same bad
-/// network, and with copies from snapshots.
+/// network, and with copies from snapshots. The second of the two takes what is read anew as a
+/// replay does.
 TrialOutcome try_world(const ChangedWorld& world, const TrialSettings& settings);
 
 /// An outcome as a process says it, and what to make of a process's end.

@@ -58,6 +58,37 @@ TEST(RandomWorlds, AZoneWhoseRulesThrowIsAFinding) {
     EXPECT_EQ(try_world(world, small_lab().trial).finding, Finding::kStopped);
 }
 
+TEST(RandomWorlds, AReadAnewScriptThatStopsAZoneIsAFindingAndIsReduced) {
+    const std::string stops = R"(script={ text: "function on_tick() error('now') end" )"
+                              "errors_allowed: 0 on_errors: SCRIPT_STOP_ZONE }";
+    const ChangedWorld world{
+        ZONED_SOURCE_DIR "/config/arena.txtpb", {"world.seed=3"}, {"ai.unknown_setting=1", stops}};
+    EXPECT_FALSE(brains_of_reload(world).ok());
+    ChangedWorld taken = world;
+    taken.reload = {stops};
+    ASSERT_TRUE(brains_of_reload(taken).ok()) << brains_of_reload(taken).error();
+    const TrialSettings trial = small_lab().trial;
+    const TrialOutcome outcome = try_world(taken, trial);
+    ASSERT_EQ(outcome.finding, Finding::kStopped) << outcome.text;
+    const ChangedWorld reduced = reduce(taken, trial, outcome.finding, 20);
+    EXPECT_TRUE(reduced.sets.empty()) << command_of(reduced);
+    EXPECT_EQ(reduced.reload, taken.reload);
+}
+
+TEST(RandomWorlds, GetReloadsThatARunningServerTakes) {
+    LabSettings settings = small_lab();
+    settings.files = {ZONED_SOURCE_DIR "/config/hamlet.txtpb"};
+    const WorldChanger changer(settings.files);
+    std::size_t reloads = 0;
+    for (std::uint64_t number = 0; number < 6; ++number) {
+        const LabEntry entry = draw_entry(changer, settings, number);
+        reloads += entry.world.reload.empty() ? 0 : 1;
+        EXPECT_TRUE(entry.world.reload.empty() || brains_of_reload(entry.world).ok())
+            << command_of(entry.world);
+    }
+    EXPECT_GE(reloads, 1U);
+}
+
 TEST(RandomWorlds, ACrashIsAFinding) {
     const ChangedWorld world{ZONED_SOURCE_DIR "/config/minimal.txtpb",
                              {"testing.break_zone={ at_tick: 20 kind: ABORT }"}};
