@@ -11,6 +11,9 @@ namespace {
 constexpr double kUsualDrift = 50e-6;
 /// Uncertainty of a good sample's offset beside its queueing: scheduling, stamps, ticks.
 constexpr double kLeastNoiseS = 0.3e-3;
+/// Samples that contradict each other by more are of other server times, s: the server left ticks
+/// out. Stamps are off by much less.
+constexpr double kDroppedS = 1e-3;
 /// Number of standard deviations within which a drift is believed to be.
 constexpr double kDriftSigmas = 2.0;
 
@@ -33,15 +36,13 @@ void ClockSync::add_sample(double sent_local,
     if (count_ > 0) {
         // Both offsets are true within their uncertainty if no clock was set in between.
         const ClockSample& believed = best(received_local);
-        const double explained =
-            uncertainty(believed, received_local) + uncertainty(sample, received_local) + kStep;
-        if (std::abs(offset - forward(believed, received_local)) > explained) {
-            count_ = 0;
-            round_trip_ = {};
-            block_count_ = 0;
-            drift_ = 0.0;
-            drift_doubt_ = kMaxDrift;
-            ++restarts_;
+        const double unexplained = std::abs(offset - forward(believed, received_local)) -
+                                   uncertainty(believed, received_local) -
+                                   uncertainty(sample, received_local);
+        if (unexplained > kStep) {
+            begin_anew();
+        } else if (unexplained > kDroppedS) {
+            forget_samples();
         }
     }
     round_trip_.add(rtt, received_local);
@@ -49,9 +50,24 @@ void ClockSync::add_sample(double sent_local,
     last_local_ = received_local;
     keep(sample);
     target_ = forward(best(received_local), received_local);
-    if (count_ <= kSettling) {
+    if (settling_ > 0) {
+        --settling_;
         offset_ = target_;
     }
+}
+
+void ClockSync::forget_samples() {
+    count_ = 0;
+    block_count_ = 0;
+}
+
+void ClockSync::begin_anew() {
+    forget_samples();
+    round_trip_ = {};
+    drift_ = 0.0;
+    drift_doubt_ = kMaxDrift;
+    settling_ = kSettling;
+    ++restarts_;
 }
 
 void ClockSync::keep(const ClockSample& sample) {

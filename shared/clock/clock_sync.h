@@ -12,7 +12,8 @@ namespace zoned::clock {
 /// at most half its round trip, plus what the clocks have drifted apart since; the sample with the
 /// least possible error is believed. The offset is stepped by the first samples, and slewed, never
 /// stepped, once it has settled. Samples that contradict the believed one by more than a network
-/// and honest clocks can explain (a clock was set, the computer slept) make it settle anew.
+/// and honest clocks can explain take its place: it is of a time before the server left ticks out.
+/// By much more (a clock was set, the computer slept), they make it settle anew.
 ///
 /// Beside the newest samples the best one of every kBlockS of the last kBlocks is kept: under
 /// jitter the shortest round trip among thousands is much shorter than among dozens. The drift
@@ -82,6 +83,8 @@ class ClockSync {
     [[nodiscard]] double forward(const ClockSample& sample, double local) const;
     [[nodiscard]] const ClockSample& best(double local) const;
     void keep(const ClockSample& sample);
+    void forget_samples();
+    void begin_anew();
     void estimate_drift();
 
     static constexpr std::size_t kWindow = 32;
@@ -97,7 +100,8 @@ class ClockSync {
     double block_s_ = 0.0;            // when the newest block began
     double drift_ = 0.0;              // s/s
     double drift_doubt_ = kMaxDrift;  // expected error of it
-    std::size_t count_ = 0;           // since the filter last started
+    std::size_t count_ = 0;           // of samples since the last that were forgotten
+    std::size_t settling_ = kSettling;
     std::size_t restarts_ = 0;
     double offset_ = 0.0;  // at last_local_
     double target_ = 0.0;  // where the offset is slewed to, likewise; both drift on

@@ -268,6 +268,41 @@ TEST(ClockSync, StartsAnewWhenAClockWasSet) {
     EXPECT_NEAR(net.error(sync, 5.5), 0.0, kDouble);
 }
 
+/// A starved server leaves ticks out: its time stands still for one or a few periods. Clients that
+/// believed their best sample from before would be off by them for as long as it is kept.
+TEST(ClockSync, FollowsAServerThatLeavesTicksOutWithoutAJump) {
+    for (const double left_out : {1.0 / 60.0, 1.0 / 30.0, -0.01, 0.08}) {
+        Network net(12);
+        net.up = [&net] {
+            return net.jittered(0.001, 0.0005);
+        };
+        net.down = net.up;
+        ClockSync sync;
+        double local = 0.0;
+        for (; local < 10.0; local += 0.25) {
+            net.exchange(sync, local);
+        }
+        net.offset -= left_out;
+        double before = sync.server_time(local);
+        double worst = 0.0;
+        for (const double end = local + 20.0; local < end; local += 0.25) {
+            net.exchange(sync, local);
+            for (double t = local + 0.03; t < local + 0.25; t += 0.01) {
+                const double now = sync.server_time(t);
+                EXPECT_GT(now, before);
+                before = now;
+                if (t > end - 20.0 + std::abs(left_out) / ClockSync::kSlew + 0.5) {
+                    worst = std::max(worst, std::abs(net.error(sync, t)));
+                }
+            }
+        }
+        EXPECT_EQ(sync.restarts(), 0U) << left_out;
+        // Contradictions up to a millisecond and the round trips are not seen as such.
+        EXPECT_LT(worst, 0.001 + sync.min_rtt_s()) << left_out;
+        EXPECT_LE(worst, sync.error_bound_s() + 0.001) << left_out;
+    }
+}
+
 TEST(ClockSync, IgnoresNonsense) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double inf = std::numeric_limits<double>::infinity();
