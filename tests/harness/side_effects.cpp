@@ -66,8 +66,8 @@ class WatchedRules final : public zone::DecoratedRules {
     SideEffects& effects_;
 };
 
-/// Called by the replaced functions before they pass the call on.
-void note_call(const char* what, const char* function, const char* of = "") {
+/// Called by the replaced functions before they pass the call on: under sanitizers there are none.
+[[maybe_unused]] void note_call(const char* what, const char* function, const char* of = "") {
     SideEffects* const effects = std::exchange(watched.effects, nullptr);  // noting calls some, too
     if (effects != nullptr) {
         effects->note({what, function, watched.callback, of != nullptr ? of : ""});
