@@ -97,11 +97,11 @@ class ClockSync {
     std::array<ClockSample, kWindow> samples_{};  // a ring: sample i is at i modulo kWindow
     std::array<ClockSample, kBlocks> blocks_{};   // the best of each block, a ring likewise
     std::size_t block_count_ = 0;
-    double block_s_ = 0.0;            // when the newest block began
-    double drift_ = 0.0;              // s/s
-    double drift_doubt_ = kMaxDrift;  // expected error of it
-    std::size_t count_ = 0;           // of samples since the last that were forgotten
-    std::size_t settling_ = kSettling;
+    double block_s_ = 0.0;              // when the newest block began
+    double drift_ = 0.0;                // s/s
+    double drift_doubt_ = kMaxDrift;    // expected error of it
+    std::size_t count_ = 0;             // of samples since the last that were forgotten
+    std::size_t settling_ = kSettling;  // samples that step the offset yet
     std::size_t restarts_ = 0;
     double offset_ = 0.0;  // at last_local_
     double target_ = 0.0;  // where the offset is slewed to, likewise; both drift on

@@ -67,6 +67,7 @@ class StageFolder {
             path_ = build / "pages";
             return;
         }
+        // As mkdtemp(3) wants it.
         std::string folder = (fs::temp_directory_path() / "zoned-pages-XXXXXX").string();
         if (::mkdtemp(folder.data()) == nullptr) {
             throw std::runtime_error("cannot make a folder in " +

@@ -281,6 +281,9 @@ bool is_accepted(const ChangedWorld& world) {
 
 core::Result<mailbox::NewBrains> brains_of_reload(const ChangedWorld& world) {
     using Brains = core::Result<mailbox::NewBrains>;
+    if (world.reload.empty()) {
+        return Brains::failure("nothing is read anew");
+    }
     std::vector<std::string> sets = world.sets;
     sets.insert(sets.end(), world.reload.begin(), world.reload.end());
     config::Settings running;

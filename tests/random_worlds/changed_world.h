@@ -55,8 +55,8 @@ class WorldChanger {
 /// Whether `zoned check` would accept it.
 bool is_accepted(const ChangedWorld& world);
 
-/// What a running server takes of the changes that are read anew. Fails where it refuses them, and
-/// where they change no agents.
+/// The agents that a running server takes when it reads the changes anew. Fails where it refuses
+/// them, and where they change no agents.
 core::Result<mailbox::NewBrains> brains_of_reload(const ChangedWorld& world);
 
 }  // namespace zoned::random_worlds

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -31,8 +32,10 @@ std::string read_file(const std::string& path) {
 /// Goes with the process.
 struct ScratchFolder {
     ScratchFolder() {
-        std::string pattern = "/tmp/zoned-process-XXXXXX";
-        path = ::mkdtemp(pattern.data());
+        path = "/tmp/zoned-process-XXXXXX";  // as mkdtemp(3) wants it
+        if (::mkdtemp(path.data()) == nullptr) {
+            throw std::system_error(errno, std::generic_category(), "a folder in /tmp");
+        }
     }
 
     ScratchFolder(const ScratchFolder&) = delete;

@@ -105,6 +105,8 @@ class Crowd {
     std::vector<BodyId> ids_;
 };
 
+constexpr int kSteps = 60;
+
 std::vector<std::uint64_t> history(unsigned threads) {
     compute::WorkerPool pool(threads);
     compute::Team team;
@@ -112,7 +114,7 @@ std::vector<std::uint64_t> history(unsigned threads) {
     Crowd crowd;
     crowd.scene().work_with(&team);
     std::vector<std::uint64_t> hashes;
-    for (int t = 0; t < 60; ++t) {
+    for (int t = 0; t < kSteps; ++t) {
         hashes.push_back(crowd.step());
     }
     return hashes;
@@ -121,7 +123,7 @@ std::vector<std::uint64_t> history(unsigned threads) {
 TEST(Threads, MakeNoDifferenceToAnyStepOfAScene) {
     Crowd alone;
     std::vector<std::uint64_t> expected;
-    for (int t = 0; t < 60; ++t) {
+    for (int t = 0; t < kSteps; ++t) {
         expected.push_back(alone.step());
     }
     for (const unsigned threads : {1U, 2U, 4U}) {
