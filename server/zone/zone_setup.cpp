@@ -39,21 +39,29 @@ void add_static_bodies(ZoneState& state) {
     }
 }
 
+ai::pathfinding::GroundRect paths_area_of(const ZoneSettings& settings) {
+    const Region& region = settings.region();
+    return paths_area(region.max_x - region.min_x,
+                      region.max_z - region.min_z,
+                      settings.handoff_hysteresis_m,
+                      settings.ai.pathfinding.cell_m);
+}
+
 }  // namespace
+
+std::string paths_defect(const ZoneSettings& settings) {
+    return ai::PathService::defect_of(
+        settings.ai.pathfinding, *settings.statics, paths_area_of(settings), *settings.types);
+}
 
 void make_paths(ZoneState& state) {
     const ZoneSettings& settings = state.settings;
-    const Region& region = settings.region();
-    const Vec3d origin = region.origin();
     state.paths = ai::PathService(settings.ai.pathfinding,
                                   *settings.statics,
-                                  paths_area(region.max_x - region.min_x,
-                                             region.max_z - region.min_z,
-                                             settings.handoff_hysteresis_m,
-                                             settings.ai.pathfinding.cell_m),
+                                  paths_area_of(settings),
                                   *settings.types,
                                   state.now,
-                                  origin);
+                                  settings.region().origin());
 }
 
 void set_up(ZoneState& state) {

@@ -4,10 +4,16 @@
 
 #include "server/zone/zone_state.h"
 
+#include <string>
+
 namespace zoned::zone {
 
 /// Once, before the first tick.
 void set_up(ZoneState& state);
+
+/// What keeps make_paths() from baking the maps of such a zone, or empty, as far as that can be
+/// told without baking them.
+std::string paths_defect(const ZoneSettings& settings);
 
 /// The paths over the zone's ground, with its doors as they are at state.now, before anybody has
 /// asked for one.

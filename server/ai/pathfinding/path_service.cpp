@@ -23,34 +23,74 @@ bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits
            a.step_down == b.step_down;
 }
 
+/// Bodies that walk on different ground, and which of them each type has.
+struct BodySizes {
+    std::vector<motion::CharacterLimits> bodies;
+    std::vector<std::uint8_t> of_type;  ///< SavedPathService::kNoSize: the type plans no paths
+};
+
+BodySizes sizes_of(const PathfindingSettings& settings, const world::TypeTable& types) {
+    BodySizes sizes{{}, std::vector<std::uint8_t>(types.size(), SavedPathService::kNoSize)};
+    for (std::size_t t = 0; settings.cell_m != 0.0F && t < types.size(); ++t) {
+        const bool travels = settings.travels.empty() || settings.travels[t] != 0;
+        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter || !travels) {
+            continue;
+        }
+        const motion::CharacterLimits& body = types[t].character;
+        auto same = std::find_if(sizes.bodies.begin(), sizes.bodies.end(), [&](const auto& other) {
+            return same_ground(body, other);
+        });
+        if (same == sizes.bodies.end()) {
+            same = sizes.bodies.insert(sizes.bodies.end(), body);
+        }
+        sizes.of_type[t] = static_cast<std::uint8_t>(same - sizes.bodies.begin());
+    }
+    ZONED_ASSERT(sizes.bodies.size() < SavedPathService::kNoSize,
+                 "sizes of characters with agents are few");
+    return sizes;
+}
+
+/// What Recast has to bake. A mesh ends before the sides of the baked area. The gap is the body's
+/// width, rounded up, a cell that Recast takes for a ledge, and the error of contours.
+pathfinding::GroundRect mesh_area(const pathfinding::GroundRect& area,
+                                  const motion::CharacterLimits& limits,
+                                  float cell_m) {
+    const float more = limits.radius + 4.0F * cell_m;
+    return {area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
+}
+
 }  // namespace
+
+std::string PathService::defect_of(const PathfindingSettings& settings,
+                                   const motion::StaticGeometry& statics,
+                                   const pathfinding::GroundRect& area,
+                                   const world::TypeTable& types) {
+    if (settings.map != PathMapKind::kNavmesh) {
+        return {};
+    }
+    for (const motion::CharacterLimits& body : sizes_of(settings, types).bodies) {
+        const pathfinding::GroundRect wide = mesh_area(area, body, settings.cell_m);
+        std::string defect = pathfinding::Navmesh::defect_of(
+            statics, body, wide, {settings.cell_m, settings.cell_height_m});
+        if (!defect.empty()) {
+            return defect;
+        }
+    }
+    return {};
+}
 
 PathService::PathService(const PathfindingSettings& settings,
                          const motion::StaticGeometry& statics,
                          const pathfinding::GroundRect& area,
                          const world::TypeTable& types,
                          Tick now,
-                         const Vec3d& origin)
-    : size_of_type_(types.size(), kNoSize) {
+                         const Vec3d& origin) {
+    BodySizes sizes = sizes_of(settings, types);
+    size_of_type_ = std::move(sizes.of_type);
     if (settings.cell_m == 0.0F) {
         return;
     }
-    std::vector<motion::CharacterLimits> bodies;
-    for (std::size_t t = 0; t < types.size(); ++t) {
-        const bool travels = settings.travels.empty() || settings.travels[t] != 0;
-        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter || !travels) {
-            continue;
-        }
-        const motion::CharacterLimits& body = types[t].character;
-        auto same = std::find_if(bodies.begin(), bodies.end(), [&](const auto& other) {
-            return same_ground(body, other);
-        });
-        if (same == bodies.end()) {
-            same = bodies.insert(bodies.end(), body);
-        }
-        size_of_type_[t] = static_cast<std::uint8_t>(same - bodies.begin());
-    }
-    ZONED_ASSERT(bodies.size() < kNoSize, "sizes of characters with agents are few");
+    const std::vector<motion::CharacterLimits>& bodies = sizes.bodies;
     statics_ = statics;
     see_doors(now);
     PathfindingSettings share = settings;
@@ -78,11 +118,7 @@ std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
                 statics, limits, area, settings.cell_m, shut, service);
         }
         case PathMapKind::kNavmesh: {
-            // A mesh ends before the sides of the baked area. The gap is the body's width, rounded
-            // up, a cell that Recast takes for a ledge, and the error of contours.
-            const float more = limits.radius + 4.0F * settings.cell_m;
-            const pathfinding::GroundRect wide{
-                area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
+            const pathfinding::GroundRect wide = mesh_area(area, limits, settings.cell_m);
             auto mesh = pathfinding::Navmesh::bake(
                 statics, limits, wide, {settings.cell_m, settings.cell_height_m});
             if (!mesh) {

@@ -64,6 +64,13 @@ class PathService {
                 Tick now,
                 const Vec3d& origin = Vec3d::Zero());
 
+    /// What keeps the constructor from baking the maps of such a zone, or empty, as far as that can
+    /// be told without baking them.
+    static std::string defect_of(const PathfindingSettings& settings,
+                                 const motion::StaticGeometry& statics,
+                                 const pathfinding::GroundRect& area,
+                                 const world::TypeTable& types);
+
     /// True if a character of that type can ask.
     [[nodiscard]] bool plans_for(TypeIndex type) const {
         return type < size_of_type_.size() && size_of_type_[type] != kNoSize;

@@ -1,6 +1,7 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/world/world_rules.h"
+#include "server/app/world/world_settings.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/expand/stability_report.h"
 #include "server/config/expand/world_warnings.h"
@@ -29,6 +30,17 @@ bool rules_take(const std::string& config, config::Settings& settings) {
     }
 }
 
+bool maps_can_be_baked(const std::string& config, const config::Settings& settings) {
+    const std::string defect = paths_defect(settings);
+    if (!defect.empty()) {
+        std::fprintf(stderr,
+                     "%s: ai.pathfinding: %s\nzoned: no map can be baked; nothing was started\n",
+                     config.c_str(),
+                     defect.c_str());
+    }
+    return defect.empty();
+}
+
 }  // namespace
 
 bool load_or_complain(const std::string& config,
@@ -36,7 +48,7 @@ bool load_or_complain(const std::string& config,
                       config::Settings& settings) {
     std::vector<config::ConfigError> errors;
     if (config::load_settings(config, sets, settings, errors)) {
-        return rules_take(config, settings);
+        return rules_take(config, settings) && maps_can_be_baked(config, settings);
     }
     std::fputs(config::format_errors(config, errors).c_str(), stderr);
     std::fprintf(stderr,

@@ -1,6 +1,7 @@
 #include "server/app/world/world_settings.h"
 
 #include "server/zone/assemblies/assembly_spawning.h"
+#include "server/zone/zone_setup.h"
 #include "shared/core/assert.h"
 #include "shared/core/containers/union_find.h"
 
@@ -200,6 +201,21 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.replication = settings.replication;
     z.audit = settings.audit;
     return z;
+}
+
+std::string paths_defect(const config::Settings& settings) {
+    if (settings.ai.pathfinding.map != ai::PathMapKind::kNavmesh) {
+        return {};  // other maps can be baked of everything; the settings of zones cost time
+    }
+    const auto types = std::make_shared<const world::TypeTable>(settings.types);
+    for (const config::ZoneRegion& zone : settings.zones) {
+        const std::string defect =
+            zone::paths_defect(zone_settings(settings, zone.id, types, nullptr, nullptr));
+        if (!defect.empty()) {
+            return "zone " + std::to_string(zone.id.value) + ": " + defect;
+        }
+    }
+    return {};
 }
 
 void populate(const config::Settings& settings,

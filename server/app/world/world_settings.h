@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::app {
@@ -19,6 +20,10 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  const std::shared_ptr<const world::TypeTable>& types,
                                  const std::shared_ptr<const motion::DoorCourses>& doors,
                                  const std::shared_ptr<const motion::PlatformCourses>& platforms);
+
+/// What keeps the maps of a zone from being baked, and the zone's number; or empty, as far as that
+/// can be told without baking them.
+std::string paths_defect(const config::Settings& settings);
 
 /// Spawns the config's initial entities in the zones where they lie.
 void populate(const config::Settings& settings,

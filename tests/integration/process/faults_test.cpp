@@ -185,6 +185,22 @@ TEST_F(Faulty, CheckAsksTheRulesAboutTheirSettings) {
     EXPECT_EQ(child.wait(kPatience), 2) << child.errors();
 }
 
+TEST_F(Faulty, CheckKnowsWhichMapsCannotBeBaked) {
+    // Steps of 5 cm, of which Recast counts 8,191: 409 m.
+    const std::string config = std::string(ZONED_SOURCE_DIR) + "/config/bridge.txtpb";
+    const std::string high = "statics.box[0].y_m=450";
+    for (const char* command : {"check", "explain"}) {
+        Child child("zoned", {command, config, "--set", high});
+        EXPECT_EQ(child.wait(kPatience), 2) << command << child.errors();
+        EXPECT_NE(child.errors().find("zone 1: more than 8191 steps"), std::string::npos)
+            << child.errors();
+    }
+    Child serve("zoned", {"serve", "--config", config, "--set", high, "--set", state_set()});
+    EXPECT_EQ(serve.wait(kPatience), 2) << serve.errors();
+    Child lower("zoned", {"check", config, "--set", "statics.box[0].y_m=400"});
+    EXPECT_EQ(lower.wait(kPatience), 0) << lower.errors();
+}
+
 TEST_F(Faulty, TicketsOfStandardOutputOpenSessions) {
     const std::string base = scratch_folder() + "/signer";
     Child keygen("zoned", {"keygen", base});

@@ -59,8 +59,14 @@ class Navmesh {
         friend auto operator<=>(const Gate&, const Gate&) = default;
     };
 
-    /// Bakes a mesh. Errors: no room for a cell, too many cells, more height than Recast counts, or
-    /// a failed step of Recast.
+    /// What keeps bake() from beginning, or empty: no room for a cell, too many cells, or more
+    /// height than Recast counts. Looks at the bounds of the world alone.
+    static std::string defect_of(const motion::StaticGeometry& world,
+                                 const motion::CharacterLimits& limits,
+                                 const GroundRect& area,
+                                 const NavmeshSettings& settings = {});
+
+    /// Bakes a mesh. Errors: defect_of(), or a failed step of Recast.
     static core::Result<Navmesh> bake(const motion::StaticGeometry& world,
                                       const motion::CharacterLimits& limits,
                                       const GroundRect& area,

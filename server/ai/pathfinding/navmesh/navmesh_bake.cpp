@@ -419,24 +419,30 @@ class NavmeshBaker {
     RecastDetail detail_{rcAllocPolyMeshDetail()};
 };
 
+std::string Navmesh::defect_of(const motion::StaticGeometry& world,
+                               const motion::CharacterLimits& limits,
+                               const GroundRect& area,
+                               const NavmeshSettings& settings) {
+    std::string defect = GroundGrid::defect_of(area, settings.cell_m);
+    if (!defect.empty()) {
+        return defect;
+    }
+    if (!(settings.cell_height_m > 0.0F)) {
+        return "steps of height need a size above 0 m";
+    }
+    return frame_defect(floor_frame(world, limits, area, settings.cell_m, settings.cell_height_m));
+}
+
 core::Result<Navmesh> Navmesh::bake(const motion::StaticGeometry& world,
                                     const motion::CharacterLimits& limits,
                                     const GroundRect& area,
                                     const NavmeshSettings& settings) {
-    using R = core::Result<Navmesh>;
-    const std::string defect = GroundGrid::defect_of(area, settings.cell_m);
+    const std::string defect = defect_of(world, limits, area, settings);
     if (!defect.empty()) {
-        return R::failure(defect);
-    }
-    if (!(settings.cell_height_m > 0.0F)) {
-        return R::failure("steps of height need a size above 0 m");
+        return core::Result<Navmesh>::failure(defect);
     }
     const FloorFrame frame =
         floor_frame(world, limits, area, settings.cell_m, settings.cell_height_m);
-    const std::string counted = frame_defect(frame);
-    if (!counted.empty()) {
-        return R::failure(counted);
-    }
     return NavmeshBaker(world, limits, frame).run();
 }
 
