@@ -100,7 +100,7 @@ TEST(ServerSettings, AStoreThatIsOffHasNoFile) {
         << format_errors("test", odd.errors);
 }
 
-std::string complaint_about(const std::string& store) {
+std::string complaint_about_store(const std::string& store) {
     const Outcome outcome = parse(std::string(kValid) + "store { " + store + " }\n");
     return outcome.ok ? "" : format_errors("test", outcome.errors);
 }
@@ -116,11 +116,12 @@ TEST(ServerSettings, AStoreInPostgresqlHasAUrl) {
                              "postgresql:///d?host=/run/postgresql",
                              "postgresql://u@h",
                              "postgresql://h/d?user=u&sslmode=verify-full"}) {
-        EXPECT_EQ(complaint_about("kind: STORE_POSTGRESQL url: \"" + std::string(also) + "\""), "")
+        EXPECT_EQ(
+            complaint_about_store("kind: STORE_POSTGRESQL url: \"" + std::string(also) + "\""), "")
             << also;
     }
     const auto wants = [](const std::string& store, const std::string& text) {
-        const std::string complaint = complaint_about(store);
+        const std::string complaint = complaint_about_store(store);
         EXPECT_NE(complaint.find(text), std::string::npos) << store << ": " << complaint;
     };
     wants("kind: STORE_POSTGRESQL", "store.url: is missing");
@@ -145,7 +146,7 @@ TEST(ServerSettings, APasswordInTheUrlOfTheStoreIsRefusedAndNotRepeated) {
                             "postgresql://h/d?sslpassword=sEcret",
                             "postgresql://h?p%61ssword=sEcret"}) {
         const std::string complaint =
-            complaint_about("kind: STORE_POSTGRESQL url: \"" + std::string(url) + "\"");
+            complaint_about_store("kind: STORE_POSTGRESQL url: \"" + std::string(url) + "\"");
         EXPECT_NE(complaint.find("PGPASSWORD"), std::string::npos) << url << ": " << complaint;
         EXPECT_EQ(complaint.find("sEc"), std::string::npos) << complaint;
     }

@@ -11,7 +11,7 @@
 namespace zoned::physics {
 namespace {
 
-BodyDef box_at(const Vec3& position) {
+BodyDef light_box_at(const Vec3& position) {
     BodyDef def;
     def.shape = Shape::box(Vec3::Constant(0.5F));
     def.mass = 1.0F;
@@ -39,7 +39,7 @@ struct Bed {
         ground.material.friction = 0.5F;
         EXPECT_TRUE(scene.add(ground).ok());
         for (int i = 0; i < 16; ++i) {
-            boxes.push_back(*scene.add(box_at(
+            boxes.push_back(*scene.add(light_box_at(
                 Vec3(static_cast<float>(i % 4) - 1.5F, 0.5F, static_cast<float>(i / 4) - 1.5F))));
         }
         BodyDef def;
@@ -94,7 +94,7 @@ TEST(HeavyLoad, LeavesNothingBehindThatThrowsWhatCarriedIt) {
 /// box gives it twice its momentum, less the box's own motion.
 TEST(HeavyLoad, MovesByTheMomentumOfWhatIsLightWhereNothingIsStrained) {
     Scene scene(weightless());
-    BodyDef heavy = box_at(Vec3::Zero());
+    BodyDef heavy = light_box_at(Vec3::Zero());
     heavy.mass = 1.0e5F;
     heavy.material.restitution = 1.0F;
     BodyDef light;

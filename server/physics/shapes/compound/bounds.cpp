@@ -24,7 +24,7 @@ Aabb hull_bounds(const PointsView& points, const Vec3& position, const Mat3& rot
 }
 
 /// The box of a turned box.
-Aabb turned(const Aabb& box, const Vec3& position, const Mat3& rotation) {
+Aabb turned_box(const Aabb& box, const Vec3& position, const Mat3& rotation) {
     const Vec3 centre = position + rotation * (0.5F * (box.lower + box.upper));
     const Vec3 reach = rotation.cwiseAbs() * (0.5F * (box.upper - box.lower));
     return {centre - reach, centre + reach};
@@ -47,11 +47,11 @@ Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation
         case ShapeKind::kHull:
             return hull_bounds(hull_of(shape).view().points, position, rotation);
         case ShapeKind::kMesh:
-            return turned(mesh_of(shape).box(), position, rotation);
+            return turned_box(mesh_of(shape).box(), position, rotation);
         case ShapeKind::kHeightfield:
-            return turned(field_of(shape).box(), position, rotation);
+            return turned_box(field_of(shape).box(), position, rotation);
         case ShapeKind::kCompound:
-            return turned(compound_of(shape).tree().box(), position, rotation);
+            return turned_box(compound_of(shape).tree().box(), position, rotation);
         case ShapeKind::kPlane:
             break;
     }
