@@ -14,10 +14,10 @@ HELP
     exit 0
 fi
 "$root/config/prepare.sh" all
-# Two slots a core and one more: tests/CMakeLists.txt says which test takes how many.
+# Three slots a core: tests/CMakeLists.txt says which test takes how many.
 log="$(cd "$build" && pwd)/tests.xml"
 status=0
-ctest --test-dir "$build" --output-on-failure --output-junit "$log" -j$((2 * $(nproc) + 1)) "$@" || status=$?
+ctest --test-dir "$build" --output-on-failure --output-junit "$log" -j$((3 * $(nproc))) "$@" || status=$?
 # By now the output of a failed test stands a thousand lines up.
 ((status == 0)) || [[ ! -f "$log" ]] || python3 "$root/tests/print_failures.py" "$log" >&2
 exit "$status"

@@ -62,7 +62,8 @@ grep -q '"state_hash"' report.json || fail "no report"
 new_game() {  # NAME OPTION...
     "$prefix/bin/zoned" new "$@" --test && "$1/run.sh" --seconds 1 --set network.tcp_port=0 --set network.udp_port=0
 }
-for game in "my_game" "my_lua --lua" "my_match --game capture_the_flag"; do
+# The guide to first rules makes the plain game, and its test follows it.
+for game in "my_lua --lua" "my_match --game capture_the_flag"; do
     # shellcheck disable=SC2086  # several words on purpose
     PATH="$prefix/bin:$PATH" CMAKE_PREFIX_PATH="$prefix" measured "zoned new $game, until it runs" new_game $game
     grep -q '^ready ' "$scratch/measured.log" || { cat "$scratch/measured.log"; fail "$game does not run"; }
@@ -105,9 +106,9 @@ start_match
 play_match 1 board.after
 stop_match
 diff board.before board.after >&2 || fail "another leaderboard after a restart"
-if "$prefix/bin/zoned" new my_game >game.log 2>&1; then fail "a game was overwritten"; fi
+if "$prefix/bin/zoned" new my_match >game.log 2>&1; then fail "a game was overwritten"; fi
 # The game's own test is checked: rules with a clock are found.
-sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/= context.now() + /&clock() % 7 + /' my_game/game.cpp
-if CMAKE_PREFIX_PATH="$prefix" my_game/test.sh >game.log 2>&1; then fail "rules with a clock pass"; fi
+sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/return context.now() + /&clock() % 7 + /' my_match/game.cpp
+if CMAKE_PREFIX_PATH="$prefix" my_match/test.sh >game.log 2>&1; then fail "rules with a clock pass"; fi
 grep -q 'not the same in a second run' game.log || { cat game.log; fail "the test does not name the clock"; }
 say "installed: $count worlds are good, bots and games by the client library played in hills, new games pass their tests"

@@ -172,6 +172,7 @@ bool World::step(float dt) {
     step_ms_ = static_cast<double>(bench::thread_cpu_ns() - before) * 1.0e-6;
     step_ms_ += run_.fault == Fault::kTime && faulty() ? 1.0e5 : 0.0;
     cpu_ms_ += step_ms_;
+    pairs_ = stats.pairs;
     row.quarantined += stats.quarantined;
     ++row.steps;
     look();

@@ -75,6 +75,9 @@ class World {
     /// Thread CPU time of the last step, ms.
     [[nodiscard]] double step_ms() const { return step_ms_; }
 
+    /// Pairs of the broadphase in the last step.
+    [[nodiscard]] std::uint32_t pairs() const { return pairs_; }
+
     /// The deepest overlap as it is now, m.
     [[nodiscard]] double depth_now() const;
 
@@ -132,8 +135,9 @@ class World {
     Vec3d gravity_;
     std::vector<Known> bodies_;
     std::vector<JointId> joints_;
-    double energy_ = 0.0;        ///< J, in the last step
-    double step_ms_ = 0.0;       ///< of the last step
+    double energy_ = 0.0;   ///< J, in the last step
+    double step_ms_ = 0.0;  ///< of the last step
+    std::uint32_t pairs_ = 0;
     double energy_there_ = 0.0;  ///< J, above `reference`
     double scale_ = 0.0;         ///< J
     std::optional<Sums> start_;
