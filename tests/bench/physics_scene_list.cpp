@@ -31,7 +31,7 @@ void add_known(Scenes& s, bool quick) {
     s.push_back({"S2", "", one([] { return column(20, 1.0); }), drift_meter, 120});
     s.push_back({"S2x100", "", one([] { return column(5, 100.0); }), column_meter, 120});
     s.push_back({"S2x1000", "", one([] { return column(5, 1000.0); }), column_meter, 120});
-    s.push_back({"S3", "", one([] { return pile(16); }), pile_meter, 20});
+    s.push_back({"S3", "", one([] { return pile(16); }), pile_meter, 20, 0, false});
     // Bullet lets bodies sleep after two seconds at the earliest, so timing starts after three.
     const int side = quick ? 30 : 100;
     s.push_back({"S4", "", one([side] { return resting_field(side); }), drift_meter, 200, 180});
@@ -95,6 +95,7 @@ void add_joints(Scenes& s, bool quick) {
                          sheet_meter,
                          10,
                          0,
+                         false,
                          false});
         }
     }
@@ -157,9 +158,12 @@ void add_hulls(Scenes& s, bool quick) {
     const auto add = [&s](const char* name, const char* what, auto describe, int quick_steps) {
         s.push_back({name, what, one(describe), hull_meter, quick_steps, 0, false});
     };
-    add("S17a", "funnel", [hulls] { return hull_funnel(hulls); }, 30);
-    add("S17b", "trees", [trees] { return rolling_trees(trees); }, 60);
-    add("S17c", "mixed", [side] { return mixed_on_mesh(side); }, 60);
+    add(
+        "S17a", "funnel", [hulls] { return hull_funnel(hulls); }, 30);
+    add(
+        "S17b", "trees", [trees] { return rolling_trees(trees); }, 60);
+    add(
+        "S17c", "mixed", [side] { return mixed_on_mesh(side); }, 60);
     // Bullet lets bodies sleep after two seconds at the earliest.
     s.push_back({"S18",
                  "",
@@ -167,6 +171,7 @@ void add_hulls(Scenes& s, bool quick) {
                  static_field_meter,
                  240,
                  210,
+                 false,
                  false});
 }
 

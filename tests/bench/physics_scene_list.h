@@ -25,6 +25,7 @@ struct PhysicsScene {
     int quick_steps;       ///< length of a quick run
     int warm_up = 0;       ///< frames before timing starts
     bool variants = true;  ///< other methods than the default run without being asked for
+    bool threads = true;   ///< false: one island, or all asleep, which two threads cannot share
 };
 
 /// `quick`: fewer bodies where a scene is large.

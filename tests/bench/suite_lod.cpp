@@ -293,7 +293,7 @@ Row row_of(const std::string& scene,
 }
 
 void run_scene(Session& session, const std::string& scene) {
-    const int seeds = session.quick ? 2 : 20;
+    const int seeds = session.quick ? 2 : 10;
     const int count = session.quick ? 100 : 1000;
     const double seconds = session.quick ? 120.0 : kDay_s;
     std::vector<Day> full;

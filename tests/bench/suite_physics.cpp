@@ -130,7 +130,7 @@ Method method_of(const Engine& engine, const DescribedScene& described) {
 bool is_standard(const Engine& engine, const DescribedScene& described) {
     const bool large = described.first().bodies.size() > kSmallScene;
     return (engine.method == "default" && engine.peer != "ode") ||
-           (engine.method == "threads_2" && large);
+           (engine.method == "threads_2" && large && described.scene.threads);
 }
 
 /// The methods that run the scene in this session.

@@ -91,6 +91,16 @@ std::vector<std::string> scaled_bounds(const std::string& world, double factor) 
     return sets;
 }
 
+/// Empty, or why a config cannot ask for the world's bounds times the factor: finer than the
+/// finest.
+std::string refusal(const std::string& world, double factor) {
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    return config::load_settings(file_of(world), scaled_bounds(world, factor), settings, errors)
+               ? ""
+               : errors.front().path + ": " + errors.front().text;
+}
+
 struct TrialSettings {
     std::string world;
     BoundFactor factor;
@@ -189,13 +199,19 @@ void run_worlds(Session& session) {
         }
         std::vector<Row> rows;
         for (const BoundFactor& factor : kFactors) {
-            if (session.wants_method(factor.method, "")) {
-                session.progress("worlds " + world + " " + factor.method);
-                rows.push_back(run_trial({world,
-                                          factor,
-                                          session.quick ? std::size_t{4} : std::size_t{16},
-                                          session.quick ? 6.0 : 15.0}));
+            if (!session.wants_method(factor.method, "")) {
+                continue;
             }
+            session.progress("worlds " + world + " " + factor.method);
+            const std::string why = refusal(world, factor.factor);
+            if (!why.empty()) {
+                session.note("worlds " + world + " " + factor.method + ": skipped, " + why);
+                continue;
+            }
+            rows.push_back(run_trial({world,
+                                      factor,
+                                      session.quick ? std::size_t{4} : std::size_t{16},
+                                      session.quick ? 6.0 : 15.0}));
         }
         session.add(std::move(rows));
     }

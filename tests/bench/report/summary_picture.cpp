@@ -10,11 +10,11 @@ namespace zoned::bench {
 
 namespace {
 
-constexpr double kPictureWidth = 860.0;
-constexpr double kNames = 270.0;  // room for the names of scenes
+constexpr double kPictureWidth = 900.0;
+constexpr double kNames = 310.0;  // room for the names of scenes
 constexpr double kEdge = 20.0;
 constexpr double kHead = 92.0;
-constexpr double kLine = 17.0;
+constexpr double kLine = 14.0;
 
 template <class... Values>
 std::string svg_text(const char* pattern, Values... values) {
