@@ -205,7 +205,7 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
 
 std::string paths_defect(const config::Settings& settings) {
     if (settings.ai.pathfinding.map != ai::PathMapKind::kNavmesh) {
-        return {};  // other maps can be baked of everything; the settings of zones cost time
+        return {};  // other maps tell when they are baked; the settings of zones cost time
     }
     const auto types = std::make_shared<const world::TypeTable>(settings.types);
     for (const config::ZoneRegion& zone : settings.zones) {
