@@ -11,7 +11,7 @@ namespace zoned::zone {
 /// Once, before the first tick.
 void set_up(ZoneState& state);
 
-/// What keeps make_paths() from baking the maps of such a zone, or empty, as far as that can be
+/// The reason why make_paths() cannot bake the maps of such a zone, or empty, as far as it can be
 /// told without baking them.
 std::string paths_defect(const ZoneSettings& settings);
 

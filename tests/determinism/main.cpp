@@ -62,7 +62,7 @@ int run(std::span<const unsigned> numbers) {
 }  // namespace
 }  // namespace zoned::determinism
 
-/// Usage: determinism_hashes [THREADS...], 1 3 without asking. One number is for comparison with
+/// Usage: determinism_hashes [THREADS...], 1 2 4 without asking. One number is for comparison with
 /// another build.
 int main(int count, char** arguments) {
     try {
@@ -71,7 +71,7 @@ int main(int count, char** arguments) {
             threads.push_back(static_cast<unsigned>(std::stoul(arguments[i])));
         }
         if (threads.empty()) {
-            threads = {1, 3};
+            threads = {1, 2, 4};
         }
         return zoned::determinism::run(threads);
     } catch (const std::exception& error) {

@@ -135,9 +135,9 @@ class World {
     Vec3d gravity_;
     std::vector<Known> bodies_;
     std::vector<JointId> joints_;
-    double energy_ = 0.0;   ///< J, in the last step
-    double step_ms_ = 0.0;  ///< of the last step
-    std::uint32_t pairs_ = 0;
+    double energy_ = 0.0;        ///< J, in the last step
+    double step_ms_ = 0.0;       ///< of the last step
+    std::uint32_t pairs_ = 0;    ///< of the last step
     double energy_there_ = 0.0;  ///< J, above `reference`
     double scale_ = 0.0;         ///< J
     std::optional<Sums> start_;

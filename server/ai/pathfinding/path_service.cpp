@@ -50,8 +50,9 @@ BodySizes sizes_of(const PathfindingSettings& settings, const world::TypeTable& 
     return sizes;
 }
 
-/// What Recast has to bake. A mesh ends before the sides of the baked area. The gap is the body's
-/// width, rounded up, a cell that Recast takes for a ledge, and the error of contours.
+/// The area to bake for a mesh of `area`: a mesh ends before the sides of the baked area. The gap
+/// is the body's width, rounded up, a cell that Recast takes for a ledge, and the error of
+/// contours.
 pathfinding::GroundRect mesh_area(const pathfinding::GroundRect& area,
                                   const motion::CharacterLimits& limits,
                                   float cell_m) {

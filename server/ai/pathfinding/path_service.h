@@ -64,8 +64,8 @@ class PathService {
                 Tick now,
                 const Vec3d& origin = Vec3d::Zero());
 
-    /// What keeps the constructor from baking the maps of such a zone, or empty, as far as that can
-    /// be told without baking them.
+    /// The reason why the constructor cannot bake the maps of such a zone, or empty, as far as it
+    /// can be told without baking them.
     static std::string defect_of(const PathfindingSettings& settings,
                                  const motion::StaticGeometry& statics,
                                  const pathfinding::GroundRect& area,

@@ -21,8 +21,8 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  const std::shared_ptr<const motion::DoorCourses>& doors,
                                  const std::shared_ptr<const motion::PlatformCourses>& platforms);
 
-/// What keeps the maps of a zone from being baked, and the zone's number; or empty, as far as that
-/// can be told without baking them.
+/// A zone whose maps cannot be baked, with the reason; or empty, as far as it can be told without
+/// baking them.
 std::string paths_defect(const config::Settings& settings);
 
 /// Spawns the config's initial entities in the zones where they lie.

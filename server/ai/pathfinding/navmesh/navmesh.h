@@ -59,7 +59,7 @@ class Navmesh {
         friend auto operator<=>(const Gate&, const Gate&) = default;
     };
 
-    /// What keeps bake() from beginning, or empty: no room for a cell, too many cells, or more
+    /// The reason why bake() cannot begin, or empty: no room for a cell, too many cells, or more
     /// height than Recast counts. Looks at the bounds of the world alone.
     static std::string defect_of(const motion::StaticGeometry& world,
                                  const motion::CharacterLimits& limits,
