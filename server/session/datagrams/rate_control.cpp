@@ -190,13 +190,19 @@ double RateControl::less_transmission_s(const DelaySample& sample) const {
            std::min(kLongestTransmission_s, sample.bytes / std::max(now, sample.capacity));
 }
 
+/// A path that was never full may be far wider than the rate: a large datagram then took no longer
+/// than a small one, and what is subtracted for it would make the small ones look like a queue.
+double RateControl::base_s(const DelaySample& sample) const {
+    return capacity_ > 0.0 ? less_transmission_s(sample) : sample.delay_s;
+}
+
 void RateControl::note_base(const DelaySample& sample, double now_s) {
     if (base_periods_ == 0 || now_s - base_period_s_ > kBasePeriod_s) {
         base_period_s_ = now_s;
         bases_[base_periods_++ % kBases] = sample;
     }
     DelaySample& least = bases_[(base_periods_ - 1) % kBases];
-    if (less_transmission_s(sample) < less_transmission_s(least)) {
+    if (base_s(sample) < base_s(least)) {
         least = sample;
     }
     least.capacity = std::max(least.capacity, capacity_ > 0.0 ? capacity_ : rate_);
@@ -248,9 +254,9 @@ void RateControl::measure_queue() {
     for (std::size_t i = 1; i < n; ++i) {
         least = std::min(least, less_transmission_s(back(i)));
     }
-    double base = less_transmission_s(bases_[0]);
+    double base = base_s(bases_[0]);
     for (std::size_t i = 1; i < std::min(base_periods_, kBases); ++i) {
-        base = std::min(base, less_transmission_s(bases_[i]));
+        base = std::min(base, base_s(bases_[i]));
     }
     queue_s_ = std::max(0.0, least - base);
 }

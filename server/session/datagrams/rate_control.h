@@ -111,6 +111,7 @@ class RateControl {
     void measure_queue();
     [[nodiscard]] std::size_t samples_wanted(double scatter) const;
     [[nodiscard]] double less_transmission_s(const DelaySample& sample) const;
+    [[nodiscard]] double base_s(const DelaySample& sample) const;
     [[nodiscard]] double scatter_s() const;
     void measure_rates(double window_s);
     void decide(double rtt_s, double now_s);

@@ -191,6 +191,20 @@ TEST(RateControl, KeepsTheCeilingWhereNothingIsInTheWay) {
 /// cut takes at most half of the rate at once. Where that leaves less than half of the requested
 /// rate, growth by 10 % a second makes up for it in ln 2 / ln 1.1 = 7.3 s. So after one such cut
 /// fewer than 15 half seconds are starved.
+/// On a wide path a datagram of a thousand bytes takes no longer than one of a hundred.
+TEST(RateControl, TakesNoSmallDatagramAfterLargeOnesForAQueue) {
+    Path path(settings(16000.0));
+    path.capacity = 12.5e6;
+    for (int burst = 0; burst < 60; ++burst) {
+        path.demand = 1e6;
+        path.run(path.now + 2.5 * kTick_s, 0.0);
+        path.demand = 3100.0;
+        path.run(path.now + 1.0, 0.0);
+    }
+    EXPECT_EQ(path.control.cuts(), 0U);
+    EXPECT_EQ(path.control.bytes_per_s(), 16000.0);
+}
+
 TEST(RateControl, IsNotStarvedByJitterOrByLossThatItDoesNotCause) {
     constexpr int kOneRecovery = 15;
     for (const double loss : {0.0, 0.05, 0.3}) {
