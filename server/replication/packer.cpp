@@ -51,8 +51,13 @@ void Packer::pack(Tick now,
     if (client.away()) {
         widen(now, client, streams);  // the client is notified that it gets no updates
     }
-    const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
-                        kTypicalRecordBytes * static_cast<double>(candidates_.size());
+    double fields = 0.0;
+    for (const PacketCandidate& c : candidates_) {
+        fields += static_cast<double>(c.declared_bytes);
+    }
+    const double records = kTypicalRecordBytes * static_cast<double>(candidates_.size());
+    const double need =
+        static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes + records + fields;
     tight_ = need > client.tokens;
     if (tight_) {
         order_by_error(now, client, streams);
@@ -78,7 +83,8 @@ void Packer::pack(Tick now,
         track.sent_tick >= 0 &&
         2 * (now - track.sent_tick) < static_cast<Tick>(settings_.own_state_every_ticks);
     // Records may be larger than usual, and then the last ones do not fit.
-    head_.has_widened = kLargestShare * need > client.tokens || client.widened != wire::Widened{};
+    head_.has_widened =
+        need + (kLargestShare - 1.0) * records > client.tokens || client.widened != wire::Widened{};
     begin(
         now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
     const std::size_t packets_before = out.size();
@@ -142,6 +148,7 @@ void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
             stream.priority * (s.known ? 1.0F : kUnknownWeight) / static_cast<float>(1 + s.lod);
         if (consider(now, s.sent_version != stream.version, s.delivery, weight, candidate)) {
             candidate.index = i;
+            candidate.declared_bytes = streams.declared_bytes(s.stream, held_version(s));
             candidates_.push_back(candidate);
         }
     }
@@ -217,6 +224,7 @@ void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
     body_.clear();
     entries_.clear();
     coded_.clear();
+    declared_bytes_.clear();
     wire::write_down_head(head_, body_);
     head_bytes_ = body_.size();
 }
@@ -244,7 +252,8 @@ bool Packer::add(Tick now,
     }
     if (codes_) {
         const Stream* stream = s != nullptr ? &streams[s->stream] : nullptr;
-        if (!add_coded(now, entry.entity, stream, allowed_bytes, client)) {
+        if (!add_coded(
+                now, entry.entity, stream, candidate.declared_bytes, allowed_bytes, client)) {
             return false;
         }
     } else {

@@ -67,7 +67,8 @@ class Packer {
 
     struct PacketCandidate {
         float score = 0.0F;
-        std::uint32_t index = 0;  // in removals or subscriptions
+        std::uint32_t index = 0;           // in removals or subscriptions
+        std::uint32_t declared_bytes = 0;  // of the fields that go along
         bool removal = false;
         Reason reason = Reason::kUpdate;
     };
@@ -102,6 +103,7 @@ class Packer {
     bool add_coded(Tick now,
                    EntityId entity,
                    const Stream* stream,
+                   std::uint32_t declared_bytes,
                    double allowed_bytes,
                    const ClientState& client);
     void finish_coded(Tick now,
@@ -145,8 +147,10 @@ class Packer {
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
     std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
+    std::vector<std::uint32_t> declared_bytes_;      // of the fields of each of these
     std::vector<wire::record::CodedRecord> coding_;  // the records being coded and sent,
-    std::vector<SentEntry> coding_entries_;          // and its entries
+    std::vector<SentEntry> coding_entries_;          // its entries,
+    std::vector<std::uint32_t> coding_declared_;     // and bytes of fields
     std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;
     double coding_ns_ = 0.0;  // left for coding

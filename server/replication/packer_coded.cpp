@@ -2,6 +2,7 @@
 #include "shared/wire/record/record_traffic.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace zoned::replication {
 
@@ -44,16 +45,20 @@ void Packer::allow_coding(const mailbox::CodecPrice& price) {
 bool Packer::add_coded(Tick now,
                        EntityId entity,
                        const Stream* stream,
+                       std::uint32_t declared_bytes,
                        double allowed_bytes,
                        const ClientState& client) {
-    // How many bytes it takes is known when the packet is coded.
-    const auto guess =
-        static_cast<std::size_t>(client.coded_bytes * static_cast<float>(coded_.size() + 1));
+    // How many bytes its state takes is known when the packet is coded. Fields are not compressed.
+    const std::size_t guess =
+        static_cast<std::size_t>(client.coded_bytes * static_cast<float>(coded_.size() + 1)) +
+        std::accumulate(
+            declared_bytes_.begin(), declared_bytes_.end(), std::size_t{declared_bytes});
     if (coded_.size() == wire::record::kMostRecords ||
         !fits(body_.size() + kCodedHeadBytes + guess, allowed_bytes)) {
         return false;
     }
     coded_.push_back(stream != nullptr ? coded_record(*stream, now) : coded_removal(entity));
+    declared_bytes_.push_back(declared_bytes);
     return true;
 }
 
@@ -81,6 +86,7 @@ void Packer::finish_coded(Tick now,
     // Writing a packet in between empties coded_ and entries_.
     coding_.swap(coded_);
     coding_entries_.swap(entries_);
+    coding_declared_.swap(declared_bytes_);
     const std::span<const wire::record::CodedRecord> records = coding_;
     std::size_t done = 0;
     while (done < records.size()) {
@@ -99,7 +105,11 @@ void Packer::finish_coded(Tick now,
                 body_,
                 meter_ != nullptr,
                 &streams);
-            const auto size = static_cast<float>(body_.size() - head_bytes_);
+            const auto first = coding_declared_.begin() + static_cast<std::ptrdiff_t>(done);
+            const std::size_t fields =
+                std::accumulate(first, first + static_cast<std::ptrdiff_t>(count), std::size_t{0});
+            const std::size_t all = body_.size() - head_bytes_;
+            const auto size = static_cast<float>(all - std::min(all, fields));
             client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
             if (body_.size() <= wire::kMaxDownBodyBytes) {
                 break;

@@ -219,6 +219,15 @@ Tick StreamTable::fields_tick(EntityId entity) const {
     return fields != 0 ? published_[fields - 1].newest : 0;
 }
 
+std::uint32_t StreamTable::declared_bytes(StreamIndex index, std::uint32_t held) const {
+    if (settings_.fields.empty()) {
+        return 0;
+    }
+    const Past* const from = held != 0 ? past(index, held) : nullptr;
+    const wire::DeclaredPart part = part_of(streams_[index], from != nullptr ? from->tick : -1);
+    return part.mask != 0 ? (wire::declared_bits(*part.schema, part.mask, part.words) + 7) / 8 : 0;
+}
+
 /// The fields that changed after `since`; below 0: those that are not initial.
 wire::DeclaredPart StreamTable::part_of(const Stream& stream, Tick since) const {
     wire::DeclaredPart part;
@@ -233,7 +242,7 @@ wire::DeclaredPart StreamTable::part_of(const Stream& stream, Tick since) const 
         return part;
     }
     for (std::size_t i = 0; i < values.changed.size(); ++i) {
-        part.mask |= values.changed[i] > since ? 1U << i : 0U;
+        part.mask |= values.changed[i] > since ? wire::FieldMask{1} << i : 0U;
     }
     return part;
 }

@@ -179,6 +179,10 @@ class StreamTable final : public wire::record::DeclaredSource {
     /// When a declared field of an entity was last published; 0: its type has none.
     [[nodiscard]] Tick fields_tick(EntityId entity) const;
 
+    /// Bytes of the declared fields that a client lacks which holds this version of the stream (0:
+    /// none of it).
+    [[nodiscard]] std::uint32_t declared_bytes(StreamIndex index, std::uint32_t held) const;
+
     /// Must follow an encode() whose absolute bytes are really sent. True when that made the
     /// publication a keyframe.
     bool sent_absolute(StreamIndex index);

@@ -47,7 +47,7 @@ inline constexpr std::size_t kMaxRecordBytes = 64;
 struct DeclaredPart {
     const FieldSchema* schema = nullptr;
     std::span<const std::uint32_t> words;  ///< of all fields of the entity
-    std::uint32_t mask = 0;  ///< absolute: those that are not initial; delta: changed since then
+    FieldMask mask = 0;  ///< absolute: those that are not initial; delta: changed since then
 };
 
 /// A publication's tick from its low byte: the newest tick <= packet_tick with these low bits.

@@ -9,33 +9,40 @@ std::uint32_t lowest_bits(std::uint32_t value, int bits) {
 
 }  // namespace
 
-void write_declared(BitWriter& writer,
-                    const FieldSchema& schema,
-                    std::uint32_t mask,
-                    std::span<const std::uint32_t> words) {
+std::uint32_t declared_bits(const FieldSchema& schema,
+                            FieldMask mask,
+                            std::span<const std::uint32_t> words) {
     std::array<std::uint32_t, kMostFieldWords> copy;
     std::copy(words.begin(), words.end(), copy.begin());
-    const std::span<std::uint32_t> own = std::span(copy).first(words.size());
     std::uint32_t length = 0;
-    std::uint32_t chosen = mask;
-    DeclaredFault fault = code_declared(
+    FieldMask chosen = mask;
+    const DeclaredFault fault = code_declared(
         [&](std::uint32_t value, int bits) {
             length += static_cast<std::uint32_t>(bits);
             return lowest_bits(value, bits);
         },
         schema,
         chosen,
-        own);
+        std::span(copy).first(words.size()));
     ZONED_ASSERT(fault == DeclaredFault::kNone && chosen == mask, "fields hold what they can hold");
-    write_varint(writer, length, kDeclaredLengths);
-    fault = code_declared(
+    return length;
+}
+
+void write_declared(BitWriter& writer,
+                    const FieldSchema& schema,
+                    FieldMask mask,
+                    std::span<const std::uint32_t> words) {
+    write_varint(writer, declared_bits(schema, mask, words), kDeclaredLengths);
+    std::array<std::uint32_t, kMostFieldWords> copy;
+    std::copy(words.begin(), words.end(), copy.begin());
+    code_declared(
         [&](std::uint32_t value, int bits) {
             writer.write(value, bits);
             return lowest_bits(value, bits);
         },
         schema,
-        chosen,
-        own);
+        mask,
+        std::span(copy).first(words.size()));
 }
 
 DeclaredFault read_declared(BitReader& reader,
@@ -81,15 +88,14 @@ bool skip_declared(BitReader& reader) {
     return canonical;
 }
 
-std::uint32_t changed_from_initial(const FieldSchema& schema,
-                                   std::span<const std::uint32_t> words) {
-    std::uint32_t mask = 0;
+FieldMask changed_from_initial(const FieldSchema& schema, std::span<const std::uint32_t> words) {
+    FieldMask mask = 0;
     for (std::size_t i = 0; i < schema.fields().size(); ++i) {
         const DeclaredField& field = schema.fields()[i];
         if (!std::equal(field.initial.begin(),
                         field.initial.begin() + field.words,
                         words.begin() + field.word)) {
-            mask |= 1U << i;
+            mask |= FieldMask{1} << i;
         }
     }
     return mask;

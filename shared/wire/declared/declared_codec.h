@@ -16,8 +16,8 @@ namespace zoned::wire {
 
 /// The fields that a record changes.
 struct DeclaredUpdate {
-    bool whole = false;      ///< the fields that it leaves out have their initial values
-    std::uint32_t mask = 0;  ///< bit i: field i of the schema
+    bool whole = false;  ///< the fields that it leaves out have their initial values
+    FieldMask mask = 0;
     std::array<std::uint32_t, kMostFieldWords> words{};  ///< as those of an entity; of `mask` alone
 };
 
@@ -49,7 +49,7 @@ inline constexpr VarintWidths kDeclaredLengths{5, 8, 10, 12};
 template <class Raw>
 DeclaredFault code_declared(Raw&& raw,
                             const FieldSchema& schema,
-                            std::uint32_t& mask,
+                            FieldMask& mask,
                             std::span<std::uint32_t> words,
                             DeclaredBits* bits = nullptr) {
     const auto count = static_cast<std::uint32_t>(schema.fields().size());
@@ -58,12 +58,18 @@ DeclaredFault code_declared(Raw&& raw,
     } else if (raw(std::popcount(mask) > 1 ? 1 : 0, 1) == 0) {
         const auto field = raw(static_cast<std::uint32_t>(std::countr_zero(mask)),
                                static_cast<int>(std::bit_width(count - 1)));
-        mask = 1U << field;
+        mask = FieldMask{1} << field;
         if (field >= count) {
             return DeclaredFault::kForm;
         }
     } else {
-        mask = raw(mask, static_cast<int>(count));
+        const FieldMask chosen = mask;
+        mask = 0;
+        for (std::uint32_t from = 0; from < count; from += 16) {
+            const auto part = raw(static_cast<std::uint32_t>(chosen >> from & 0xFFFFU),
+                                  static_cast<int>(std::min(count - from, 16U)));
+            mask |= FieldMask{part} << from;
+        }
         if (std::popcount(mask) < 2) {
             return DeclaredFault::kForm;
         }
@@ -106,10 +112,15 @@ DeclaredFault code_declared(Raw&& raw,
     return DeclaredFault::kNone;
 }
 
+/// Bits that the fields of `mask`, which is not 0, take, without what says how many these are.
+[[nodiscard]] std::uint32_t declared_bits(const FieldSchema& schema,
+                                          FieldMask mask,
+                                          std::span<const std::uint32_t> words);
+
 /// Writes the part of a shared record: its length, then the fields of `mask`, which is not 0.
 void write_declared(BitWriter& writer,
                     const FieldSchema& schema,
-                    std::uint32_t mask,
+                    FieldMask mask,
                     std::span<const std::uint32_t> words);
 
 /// Reads what write_declared wrote. Only canonical parts are accepted. `whole`: the fields that are
@@ -124,8 +135,8 @@ DeclaredFault read_declared(BitReader& reader,
 bool skip_declared(BitReader& reader);
 
 /// Fields of `words` that differ from their initial values.
-[[nodiscard]] std::uint32_t changed_from_initial(const FieldSchema& schema,
-                                                 std::span<const std::uint32_t> words);
+[[nodiscard]] FieldMask changed_from_initial(const FieldSchema& schema,
+                                             std::span<const std::uint32_t> words);
 
 /// The fields of `mask` that have their initial values: none in what a server writes.
 [[nodiscard]] inline bool is_whole(const FieldSchema& schema, const DeclaredUpdate& update) {

@@ -143,7 +143,7 @@ core::Result<std::shared_ptr<const FieldSchema>> FieldSchema::make(
     std::vector<DeclaredField> fields) {
     using Made = core::Result<std::shared_ptr<const FieldSchema>>;
     if (fields.empty() || fields.size() > kMostDeclared) {
-        return Made::failure("a type declares 1..16 fields");
+        return Made::failure("a type declares 1..64 fields");
     }
     auto schema = std::make_shared<FieldSchema>();
     for (DeclaredField& field : fields) {
@@ -166,6 +166,10 @@ core::Result<std::shared_ptr<const FieldSchema>> FieldSchema::make(
         schema->initial_.insert(
             schema->initial_.end(), field.initial.begin(), field.initial.begin() + field.words);
         schema->fields_.push_back(std::move(field));
+    }
+    if (schema->words() > kMostFieldWords) {
+        return Made::failure(
+            "the fields of a type have at most 128 words: 8 of a text, 1 of others");
     }
     return std::shared_ptr<const FieldSchema>(std::move(schema));
 }

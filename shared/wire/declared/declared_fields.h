@@ -26,7 +26,7 @@ enum class DeclaredKind : std::uint8_t {
 };
 
 inline constexpr std::size_t kDeclaredKinds = 4;
-inline constexpr std::size_t kMostDeclared = 16;  ///< fields of one type
+inline constexpr std::size_t kMostDeclared = 64;  ///< fields of one type
 inline constexpr std::size_t kMostFieldNameBytes = 32;
 inline constexpr std::size_t kMostTextBytes = 31;
 inline constexpr std::size_t kMostEnumValues = 256;
@@ -34,7 +34,10 @@ inline constexpr std::uint32_t kMostFieldSteps = (1U << 24U) - 1U;
 
 /// Words of 32 bits that a text takes: its length in bytes, its bytes, zeros.
 inline constexpr std::size_t kTextWords = 8;
-inline constexpr std::size_t kMostFieldWords = kMostDeclared * kTextWords;
+inline constexpr std::size_t kMostFieldWords = 128;  ///< of the values of one type
+
+/// Fields of one type: bit i is field i of its schema.
+using FieldMask = std::uint64_t;
 
 /// Names a field of all types that declare one of this name.
 using FieldId = StrongId<struct FieldTag>;
@@ -88,8 +91,8 @@ struct DeclaredField {
 /// The fields of one type, in their order. Immutable.
 class FieldSchema {
   public:
-    /// Fails with the reason: too many fields, a name twice, an empty range, an initial value that
-    /// the field cannot have.
+    /// Fails with the reason: too many fields or words, a name twice, an empty range, an initial
+    /// value that the field cannot have.
     static core::Result<std::shared_ptr<const FieldSchema>> make(std::vector<DeclaredField> fields);
 
     [[nodiscard]] std::span<const DeclaredField> fields() const { return fields_; }

@@ -249,10 +249,10 @@ class RecordPass {
         return fault_ == DeclaredFault::kNone;
     }
 
-    static std::uint32_t changed_after(Tick tick, std::span<const Tick> changed) {
-        std::uint32_t mask = 0;
+    static FieldMask changed_after(Tick tick, std::span<const Tick> changed) {
+        FieldMask mask = 0;
         for (std::size_t i = 0; i < changed.size(); ++i) {
-            mask |= changed[i] > tick ? 1U << i : 0U;
+            mask |= changed[i] > tick ? FieldMask{1} << i : 0U;
         }
         return mask;
     }

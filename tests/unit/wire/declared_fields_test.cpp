@@ -14,6 +14,7 @@ namespace {
 
 using testing::change_field;
 using testing::health_alone;
+using testing::most_fields;
 using testing::random_quantized;
 using testing::sample_fields;
 using Bytes = std::vector<std::uint8_t>;
@@ -67,10 +68,16 @@ TEST(FieldSchema, RefusesFieldsThatNoConfigMayHave) {
     EXPECT_FALSE(FieldSchema::make({}).ok());
     EXPECT_FALSE(FieldSchema::make({number("a", 0, 1, 1), number("a", 0, 1, 1)}).ok());
     std::vector<DeclaredField> many;
-    for (int i = 0; i < 17; ++i) {
+    for (int i = 0; i < 65; ++i) {
         many.push_back(number("n" + std::to_string(i), 0.0, 1.0, 1));
     }
     EXPECT_FALSE(FieldSchema::make(many).ok());
+    many.pop_back();
+    EXPECT_TRUE(FieldSchema::make(many).ok());
+    for (int i = 0; i < 10; ++i) {
+        many[static_cast<std::size_t>(i)].kind = DeclaredKind::kText;
+    }
+    EXPECT_FALSE(FieldSchema::make(many).ok()) << "10 texts and 54 others have 134 words";
 }
 
 TEST(DeclaredFields, HoldWhatTheirKindHolds) {
@@ -113,15 +120,15 @@ TEST(DeclaredFields, HoldWhatTheirKindHolds) {
 TEST(DeclaredFields, ComeBackFromSharedRecordsBitForBit) {
     const Quantization q;
     core::Rng rng(5);
-    for (const auto& schema : {sample_fields(), health_alone()}) {
+    for (const auto& schema : {sample_fields(), health_alone(), most_fields()}) {
         std::vector<std::uint32_t> truth(schema->initial().begin(), schema->initial().end());
         std::vector<std::uint32_t> known;
         for (int i = 0; i < 2000; ++i) {
-            std::uint32_t mask = 0;
+            FieldMask mask = 0;
             for (std::size_t f = 0; f < schema->fields().size(); ++f) {
                 if (rng.below(3) == 0) {
                     change_field(rng, schema->fields()[f], truth);
-                    mask |= 1U << f;
+                    mask |= FieldMask{1} << f;
                 }
             }
             const bool absolute = i == 0 || rng.below(4) == 0;
@@ -268,8 +275,7 @@ struct Publications final : record::DeclaredSource {
     std::array<Entity, 12> entities;
 };
 
-TEST(DeclaredFields, ComeBackFromCodedRecordsWhateverIsLost) {
-    const auto schema = sample_fields();
+void code_with_losses(const std::shared_ptr<const FieldSchema>& schema) {
     const record::RecordFormat format(Quantization{}, 1.0F / 30.0F, {nullptr, schema});
     record::RecordEncoder encoder(format);
     record::RecordDecoder decoder(format);
@@ -325,11 +331,16 @@ TEST(DeclaredFields, ComeBackFromCodedRecordsWhateverIsLost) {
         }
     }
     EXPECT_GT(decoded, 1000);
-    ASSERT_EQ(came.declared().size(), 5U);
-    ASSERT_EQ(sent.declared().size(), 5U);
+    ASSERT_EQ(came.declared().size(), schema->fields().size());
+    ASSERT_EQ(sent.declared().size(), schema->fields().size());
     for (const TrafficTable::DeclaredSum& sum : came.declared()) {
         EXPECT_GT(sum.bits, 0U);
     }
+}
+
+TEST(DeclaredFields, ComeBackFromCodedRecordsWhateverIsLost) {
+    code_with_losses(sample_fields());
+    code_with_losses(most_fields());
 }
 
 TEST(DeclaredFields, DamagedInCodedPacketsAreRefusedOrInRange) {

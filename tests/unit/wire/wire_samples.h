@@ -92,6 +92,17 @@ inline std::shared_ptr<const FieldSchema> health_alone() {
     return *FieldSchema::make(std::move(fields));
 }
 
+/// As many fields as a type may have, among them numbers of 24 bits and texts.
+inline std::shared_ptr<const FieldSchema> most_fields() {
+    std::vector<DeclaredField> fields(kMostDeclared);
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        fields[i].name = "field_" + std::to_string(i);
+        fields[i].most = i % 3 == 0 ? kMostFieldSteps : 1U << i % 16;
+        fields[i].kind = i % 8 == 7 ? DeclaredKind::kText : DeclaredKind::kNumber;
+    }
+    return *FieldSchema::make(std::move(fields));
+}
+
 /// Another value for one field of an entity.
 inline void change_field(core::Rng& rng,
                          const DeclaredField& field,
