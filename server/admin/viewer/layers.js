@@ -1,5 +1,7 @@
 // The server tells these beside entities (server/admin/spectator/spectator_layers.h).
 
+import { drawRopes } from './softs.js';
+
 const HEAD_BYTES = 16;
 const HUNG_BYTES = 36; // four nodes, four weights, an offset along the normal of the first three
 
@@ -103,8 +105,9 @@ export class Layers {
     this.particles = places.length / 3;
   }
 
-  /** Joints and ghosts as lines. */
+  /** Joints, ropes and ghosts as lines. */
   draw(lines) {
+    drawRopes(this.renderer.softs, lines);
     const j = this.joints;
     for (let i = 0; i < j.length; i += 9) {
       lines.line(j.subarray(i, i + 3), j.subarray(i + 3, i + 6), [255, 150, 40, 255]);

@@ -7,6 +7,7 @@ import { LINE_BYTES, Lines } from './lines.js';
 import { boxMesh, roundMesh, smoothNormals, spreadColour } from './meshes.js';
 import { placeOf } from './platforms.js';
 import * as shaders from './shaders.js';
+import { isRope } from './softs.js';
 import { Colours, POINT_BYTES, Visible } from './visible.js';
 
 /** So many are drawn as shapes where the machine keeps up, where it does not, and at first where it has no graphics card. */
@@ -457,7 +458,7 @@ export class Renderer {
     let number = 0;
     for (const soft of this.softs.values()) {
       ++number;
-      if (!soft.faces || soft.faces.length === 0 || this.hiddenTypes.has(soft.type)) {
+      if (!soft.faces || soft.faces.length === 0 || isRope(soft) || this.hiddenTypes.has(soft.type)) {
         continue;
       }
       if (!soft.normals || soft.normals.length !== soft.places.length) {

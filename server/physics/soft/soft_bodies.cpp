@@ -386,6 +386,11 @@ std::size_t SoftBodies::spring_count(SoftId id) const {
     return body.springs.size();
 }
 
+std::uint32_t SoftBodies::torn(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.torn;
+}
+
 std::size_t SoftBodies::vertex_count(SoftId id) const {
     ZONED_SOFT_BODY(id);
     return body.vertices.empty() ? body.x.size() : body.vertices.size();
@@ -422,7 +427,10 @@ std::span<const SoftVertex> SoftBodies::hung_vertices(SoftId id) const {
 
 std::span<const SoftFace> SoftBodies::drawn_faces(SoftId id) const {
     ZONED_SOFT_BODY(id);
-    return body.vertices.empty() ? body.faces : body.drawn_faces;
+    if (!body.vertices.empty()) {
+        return body.drawn_faces;
+    }
+    return body.faces.empty() ? body.skin.faces : body.faces;
 }
 
 Aabb SoftBodies::bounds(SoftId id) const {

@@ -101,12 +101,14 @@ class SoftBodies {
     [[nodiscard]] float mass(SoftId id, std::size_t node) const;
     [[nodiscard]] std::span<const SoftFace> faces(SoftId id) const;
     [[nodiscard]] std::size_t spring_count(SoftId id) const;  ///< that have not broken
+    [[nodiscard]] std::uint32_t torn(SoftId id) const;        ///< springs that have broken
     /// The drawn vertices, or the nodes where there are none: as many as find room in `out`.
     std::size_t vertices(SoftId id, std::span<Vec3> out) const;
     [[nodiscard]] std::size_t vertex_count(SoftId id) const;
     /// How the drawn vertices hang on the nodes; empty: the nodes are drawn.
     [[nodiscard]] std::span<const SoftVertex> hung_vertices(SoftId id) const;
-    /// Triangles of the drawn vertices, or of the nodes where those are drawn.
+    /// Triangles of the drawn vertices, or of the nodes where those are drawn: the faces, else the
+    /// boundary of the tetrahedra, else segments of a rope, whose last two corners are one.
     [[nodiscard]] std::span<const SoftFace> drawn_faces(SoftId id) const;
     [[nodiscard]] Aabb bounds(SoftId id) const;  ///< of the nodes, grown by the thickness
     [[nodiscard]] bool asleep(SoftId id) const;
