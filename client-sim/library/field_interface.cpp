@@ -1,10 +1,22 @@
-// The C interface to the declared fields of types and entities.
+// The C interface to the declared fields of types and entities, and to the shapes that they tell.
 #include "client-sim/library/border.h"
 #include "client-sim/library/sized_struct.h"
 
 namespace zoned::library {
 
 namespace {
+
+/// The values of an entity that is there; empty where there are none.
+std::span<const std::uint32_t> words_of(const view::View& view, const view::Entity* entity) {
+    const wire::FieldSchema* const schema =
+        entity != nullptr && entity->present() && entity->typed && !entity->fields.empty()
+            ? wire::schema_of(view.world().fields, entity->type)
+            : nullptr;
+    if (schema == nullptr || entity->fields.back().words.size() != schema->words()) {
+        return {};
+    }
+    return entity->fields.back().words;
+}
 
 /// 1, 0 or what is wrong, as the functions return it. `index`: of the field, by its schema.
 template <class Index>
@@ -17,20 +29,17 @@ int give_field(const zoned_client* client,
         return no_view(client);
     }
     const view::Entity* const entity = view->store().find(EntityId(id));
-    const wire::FieldSchema* const schema =
-        entity != nullptr && entity->present() && entity->typed && !entity->fields.empty()
-            ? wire::schema_of(view->world().fields, entity->type)
-            : nullptr;
-    if (schema == nullptr) {
+    const std::span<const std::uint32_t> words = words_of(*view, entity);
+    if (words.empty()) {
         return 0;
     }
-    const std::size_t index = index_of(*schema);
-    const std::vector<std::uint32_t>& words = entity->fields.back().words;
-    if (index >= schema->fields().size() || words.size() != schema->words()) {
+    const wire::FieldSchema& schema = *wire::schema_of(view->world().fields, entity->type);
+    const std::size_t index = index_of(schema);
+    if (index >= schema.fields().size()) {
         return 0;
     }
-    const wire::DeclaredField& field = schema->fields()[index];
-    const std::span<const std::uint32_t> at = wire::words_of(field, std::span(words));
+    const wire::DeclaredField& field = schema.fields()[index];
+    const std::span<const std::uint32_t> at = wire::words_of(field, words);
     const wire::FieldValue value = wire::value_of(field, at);
     zoned_client_field_value filled{};
     filled.kind = static_cast<std::uint32_t>(field.kind);
@@ -110,6 +119,33 @@ int zoned_client_field_named(const zoned_client* client,
         return field != nullptr && field->name == name ? schema.index_of(*field)
                                                        : schema.fields().size();
     });
+}
+
+int zoned_client_deform(const zoned_client* client, uint32_t entity, float* places, size_t count) {
+    const view::View* const view = view_of(client);
+    if (view == nullptr) {
+        return no_view(client);
+    }
+    if (places == nullptr) {
+        return ZONED_CLIENT_BAD_ARGUMENT;
+    }
+    const view::Entity* const known = view->store().find(EntityId(entity));
+    const std::span<const std::uint32_t> words = words_of(*view, known);
+    if (words.empty()) {
+        return 0;
+    }
+    const view::TypeInfo& type = view->world().types[known->type];
+    if (!type.deformation) {
+        return 0;
+    }
+    const wire::FieldSchema& schema = *wire::schema_of(view->world().fields, known->type);
+    const std::span<const std::uint32_t> codes =
+        words.subspan(schema.fields()[type.first_control_point].word);
+    for (std::size_t i = 0; i < count; ++i) {
+        Eigen::Map<Vec3> place(places + 3 * i);
+        place += type.deformation->displacement_at(type.deformation->weights_at(place), codes);
+    }
+    return 1;
 }
 
 }  // extern "C"

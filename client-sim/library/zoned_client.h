@@ -56,7 +56,7 @@ extern "C" {
 /* The interface that this header describes: another major number is another interface, a greater
    minor number knows more functions and longer structs. */
 #define ZONED_CLIENT_ABI_MAJOR 1
-#define ZONED_CLIENT_ABI_MINOR 4
+#define ZONED_CLIENT_ABI_MINOR 5
 #define ZONED_CLIENT_ABI ((uint32_t)(ZONED_CLIENT_ABI_MAJOR << 16 | ZONED_CLIENT_ABI_MINOR))
 
 /* Room for a name with its closing 0; longer names are cut. */
@@ -426,6 +426,14 @@ ZONED_CLIENT_API int zoned_client_field_named(const zoned_client* client,
                                               uint32_t entity,
                                               const char* name,
                                               zoned_client_field_value* out);
+/* Since 1.5: deforms `count` places of three floats each, which lie on the undeformed soft body
+   about its centre of mass, as the body is deformed now; the entity's pose is applied to what comes
+   out. Any mesh will do that fills the same box. 1: done, 0: nothing changed, as the entity is not
+   known or clients hear of no deformation of its type. */
+ZONED_CLIENT_API int zoned_client_deform(const zoned_client* client,
+                                         uint32_t entity,
+                                         float* places,
+                                         size_t count);
 /* 1: filled, 0: there is no avatar yet. */
 ZONED_CLIENT_API int zoned_client_own(const zoned_client* client, zoned_client_avatar* out);
 

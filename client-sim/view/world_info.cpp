@@ -362,6 +362,39 @@ std::string read_declared_fields(const wire::WorldDescriptionMessage& d, wire::F
     return {};
 }
 
+/// False: not such a lattice, or the type has no fields for it.
+bool read_deformation(const wire::DeformationMessage& d,
+                      const wire::FieldSchema* schema,
+                      TypeInfo& out) {
+    if (schema == nullptr || d.points.size() != 3 || d.lower.size() != 3 || d.upper.size() != 3) {
+        return false;
+    }
+    wire::DeformationLattice lattice;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (d.points[axis] < 1 || d.points[axis] > wire::kMostDeclared ||
+            !(d.lower[axis] <= d.upper[axis]) || !(std::abs(d.lower[axis]) < 1e6F) ||
+            !(std::abs(d.upper[axis]) < 1e6F)) {
+            return false;
+        }
+        lattice.points[axis] = d.points[axis];
+        lattice.lower[static_cast<Eigen::Index>(axis)] = d.lower[axis];
+        lattice.upper[static_cast<Eigen::Index>(axis)] = d.upper[axis];
+    }
+    lattice.quantum_m = d.quantum_m;
+    lattice.bound_m = d.bound_m;
+    const std::span<const wire::DeclaredField> fields = schema->fields();
+    if (!(d.quantum_m > 0.0F && d.quantum_m < 1e6F) || !(d.bound_m > 0.0F && d.bound_m < 1e6F) ||
+        d.first_field > fields.size() || lattice.size() > fields.size() - d.first_field) {
+        return false;
+    }
+    out.deformation = lattice;
+    out.first_control_point = d.first_field;
+    return std::ranges::all_of(
+        fields.subspan(d.first_field, lattice.size()), [](const wire::DeclaredField& field) {
+            return field.kind == wire::DeclaredKind::kNumber && field.most == wire::kMostFieldSteps;
+        });
+}
+
 std::string wrong_with(const wire::WorldDescriptionMessage& d) {
     if (!(d.tick_rate_hz >= 1.0 && d.tick_rate_hz <= 1000.0)) {
         return "tick rate outside 1..1000 Hz";
@@ -457,6 +490,13 @@ core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& d) {
     }
     if (std::string wrong = read_declared_fields(d, world.fields); !wrong.empty()) {
         return Failure::failure(std::move(wrong));
+    }
+    for (std::size_t t = 0; t < d.types.size(); ++t) {
+        const wire::FieldSchema* schema = wire::schema_of(world.fields, static_cast<TypeIndex>(t));
+        if (d.types[t].deformation &&
+            !read_deformation(*d.types[t].deformation, schema, world.types[t])) {
+            return Failure::failure("malformed deformation of an entity type");
+        }
     }
     for (const wire::LodMessage& l : d.lods) {
         world.lods.push_back({l.radius_m, l.position_bound_m, l.orientation_bound_rad});

@@ -10,6 +10,7 @@
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/declared/declared_fields.h"
+#include "shared/wire/declared/deformation_lattice.h"
 #include "shared/wire/quantize.h"
 #include "shared/wire/session/world_messages.h"
 
@@ -30,6 +31,9 @@ struct TypeInfo {
     float max_spin_jump_rps = 0.0F;      ///< the same for its rate of turn
     motion::CharacterLimits limits;
     std::uint32_t seats = 0;  ///< characters may ride on it
+    /// Soft bodies: the lattice whose control points are the fields from that one on.
+    std::optional<wire::DeformationLattice> deformation;
+    std::size_t first_control_point = 0;
 };
 
 struct Lod {

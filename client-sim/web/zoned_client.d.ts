@@ -146,7 +146,7 @@ export interface Stats {
     verdict: string;
 }
 declare type Call = 'aim' | 'alloc' | 'boxes' | 'create' | 'entities' | 'error' | 'event' | 'field' | 'field_info' | 'free' | 'input' | 'judged' | 'name' | 'own' | 'rows' | 'stats' | 'type' | 'verdict' | 'world' | 'zone';
-declare type LibraryCall = 'begin' | 'command' | 'get_state' | 'next_frame' | 'poll' | 'quit' | 'stream_closed' | 'stream_frame' | 'stream_opened' | 'stream_wish' | 'triangles' | 'trouble';
+declare type LibraryCall = 'begin' | 'command' | 'deform' | 'get_state' | 'next_frame' | 'poll' | 'quit' | 'stream_closed' | 'stream_frame' | 'stream_opened' | 'stream_wish' | 'triangles' | 'trouble';
 /** The compiled module, for as many clients as wanted. */
 export declare type ClientModule = Record<`web_${Call}` | `zoned_client_${LibraryCall}`, (...numbers: number[]) => number> & {
     readonly memory: WebAssembly.Memory;
@@ -183,6 +183,11 @@ export declare class WebClient {
     field(entity: number, nameOrIndex: string | number): FieldValue | null;
     /** The fields that a type declares. */
     fields(type: number): FieldInfo[];
+    /**
+     * Deforms places on the undeformed soft body, three numbers each, as it is deformed now; the entity's pose is applied to them
+     * afterwards. False, and nothing changes, where the entity is not known or has no deformation.
+     */
+    deform(entity: number, places: Float32Array): boolean;
     /** null before the server has described the world. */
     world(): World | null;
     types(): TypeInfo[];

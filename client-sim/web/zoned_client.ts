@@ -166,7 +166,7 @@ export interface Stats {
 
 type Call = 'aim' | 'alloc' | 'boxes' | 'create' | 'entities' | 'error' | 'event' | 'field' | 'field_info' | 'free' | 'input' | 'judged' |
   'name' | 'own' | 'rows' | 'stats' | 'type' | 'verdict' | 'world' | 'zone';
-type LibraryCall = 'begin' | 'command' | 'get_state' | 'next_frame' | 'poll' | 'quit' | 'stream_closed' | 'stream_frame' | 'stream_opened' |
+type LibraryCall = 'begin' | 'command' | 'deform' | 'get_state' | 'next_frame' | 'poll' | 'quit' | 'stream_closed' | 'stream_frame' | 'stream_opened' |
   'stream_wish' | 'triangles' | 'trouble';
 
 /** The compiled module, for as many clients as wanted. */
@@ -437,6 +437,21 @@ export class WebClient {
       out.push({ name: this.#read(this.#code.web_name()), kind, minimum, maximum, quantum, values });
     }
     return out;
+  }
+
+  /**
+   * Deforms places on the undeformed soft body, three numbers each, as it is deformed now; the entity's pose is applied to them
+   * afterwards. False, and nothing changes, where the entity is not known or has no deformation.
+   */
+  deform(entity: number, places: Float32Array): boolean {
+    this.#reserve(places.byteLength);
+    const inside = () => new Float32Array(this.#code.memory.buffer, this.#scratch, places.length);
+    inside().set(places);
+    if (this.#code.zoned_client_deform(this.#client, entity, this.#scratch, places.length / 3) !== 1) {
+      return false;
+    }
+    places.set(inside());
+    return true;
   }
 
   /** null before the server has described the world. */

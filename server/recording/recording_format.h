@@ -15,7 +15,7 @@ namespace zoned::recording {
 
 /// Version of the simulation. Raise it with every change after which the same input gives other
 /// hashes.
-inline constexpr std::uint32_t kSimulationGeneration = 31;
+inline constexpr std::uint32_t kSimulationGeneration = 32;
 /// Version of the file format, part of the file's first eight bytes.
 inline constexpr std::uint32_t kRecordingFormat = 3;
 

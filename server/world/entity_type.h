@@ -6,6 +6,7 @@
 #include "shared/math/aabb.h"
 #include "shared/motion/apply_input.h"
 #include "shared/wire/declared/declared_fields.h"
+#include "shared/wire/declared/deformation_lattice.h"
 
 #include <algorithm>
 #include <array>
@@ -102,7 +103,11 @@ struct EntityType {
     float particle_beyond_m = 0.0F;  ///< farther from all players it is a point; 0: never
     std::uint16_t brain = 0;         ///< 1 + index of the brain; 0 = no brain
     std::shared_ptr<const wire::FieldSchema> fields;  ///< declared by the game; null: none
-    std::optional<Lever> lever;                       ///< none: nobody operates it
+    /// kSoft: how clients hear of its shape; null: they do not.
+    std::shared_ptr<const wire::DeformationLattice> deformation;
+    std::uint16_t first_control_point = 0;  ///< among the fields: those of the lattice follow it
+    std::uint16_t torn_field = 0;  ///< 1 + number of the field that counts broken springs; 0: none
+    std::optional<Lever> lever;    ///< none: nobody operates it
 
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {

@@ -18,6 +18,7 @@
 #include "server/zone/plan.h"
 #include "server/zone/pose_history.h"
 #include "server/zone/rules.h"
+#include "server/zone/simulation/deformation_fit.h"
 #include "server/zone/zone_messages.h"
 #include "server/zone/zone_settings.h"
 #include "shared/core/rng.h"
@@ -75,6 +76,8 @@ struct StepReport {
     std::optional<ai::LevelChange> level_change;
     interest::InterestReport interest;
     replication::ReplicationReport replication;
+    /// Soft bodies whose shape the control points could not hold within its bound.
+    std::uint32_t deformations_beyond = 0;
     std::uint32_t handoffs_out = 0;
     std::uint32_t out_of_world = 0;    ///< entities that left the world and were put back
     std::uint32_t refused_items = 0;   ///< inbox items for clients or entities that are not here
@@ -150,6 +153,10 @@ struct SoftLink {
 struct SoftMatter {
     physics::soft::SoftBodies bodies;
     std::vector<SoftLink> links;  ///< ascending by entity
+    /// By EntityType::solid; null until a body of that type has moved.
+    std::vector<std::unique_ptr<DeformationFit>> fits;
+    std::vector<Vec3> moved;           ///< work: displacements of the nodes of one body, m
+    std::vector<std::uint32_t> codes;  ///< work: of its control points
 };
 
 /// The last answer for one viewer and an entity that may be concealed.

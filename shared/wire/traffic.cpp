@@ -1,5 +1,7 @@
 #include "shared/wire/traffic.h"
 
+#include "shared/wire/declared/deformation_lattice.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -138,7 +140,10 @@ TrafficTable::DeclaredSum& TrafficTable::declared_sum(const std::string& name) {
 void TrafficTable::add_declared(const FieldSchema& schema, const DeclaredBits& bits) {
     for (std::size_t i = 0; i < schema.fields().size(); ++i) {
         if (bits[i] > 0) {
-            DeclaredSum& sum = declared_sum(schema.fields()[i].name);
+            static const std::string control_points = "control_points";
+            const std::string& name = schema.fields()[i].name;
+            DeclaredSum& sum =
+                declared_sum(name.starts_with(kControlPointName) ? control_points : name);
             sum.bits += bits[i];
             ++sum.changes;
         }

@@ -81,7 +81,7 @@ class TrafficTable {
 
     [[nodiscard]] std::uint64_t packets() const { return packets_; }
 
-    /// Of the values of declared fields, by name. What names and bounds them in a record is in
+    /// Of the values of declared fields, by name; control points are one row. What names and bounds them in a record is in
     /// kDeclaredPart beside them.
     struct DeclaredSum {
         std::string name;

@@ -134,6 +134,34 @@ TEST_F(Play, RidesTheNearestVehicleAndDrivesItByTheSameKeys) {
     expect_no_errors();
 }
 
+/// The curtain's middle sinks between its two pins, and those are where the world's file has them.
+TEST_F(Play, SeesSoftBodiesAsTheyAreDeformed) {
+    start_anew({}, ZONED_SOURCE_DIR "/config/cloth.txtpb");
+    enter();
+    const std::string curtain =
+        "(() => { const type = zoned.page.client.types().findIndex(({ name }) => name === "
+        "'curtain'); const soft = [...zoned.renderer.softs.values()].find((s) => s.type === type); "
+        "if (!soft) { return null; } const at = (i) => [...soft.places.subarray(3 * i, 3 * i + "
+        "3)]; "
+        "return [at(0), at(8), at(16)].flat(); })()";
+    ASSERT_TRUE(browser->wait_until(curtain + " !== null", kPatience));
+    EXPECT_TRUE(browser->wait_until(
+        "(() => { const p = " + curtain + "; return p[4] < p[1] - 0.02; })()", kPatience))
+        << browser->evaluate("JSON.stringify(" + curtain + ")");
+    const std::vector<double> row = numbers(browser->evaluate("JSON.stringify(" + curtain + ")"));
+    ASSERT_EQ(row.size(), 9U);
+    // The bound of its shape, of its place, and of its turn at 2.4 m from the centre.
+    const double bound = 0.07 + 0.05 + 0.1 * 2.4;
+    EXPECT_LT(std::hypot(row[0] + 10.0, row[1] - 2.8, row[2] + 6.0), bound);
+    EXPECT_LT(std::hypot(row[6] + 6.0, row[7] - 2.8, row[8] + 6.0), bound);
+    EXPECT_EQ(browser->evaluate("[...zoned.renderer.softs.values()].every(({ places, faces }) => "
+                                "faces.length > 0 && places.every(Number.isFinite))"),
+              "true");
+    EXPECT_EQ(browser->evaluate("zoned.renderer.lines.count > 0"), "true") << "the rope";
+    browser->screenshot(scratch_folder() + "/soft.png");
+    expect_no_errors();
+}
+
 TEST_F(Play, ChatsAndComesBackAfterACut) {
     enter();
     hold("Enter", "Enter", 0.05);

@@ -95,7 +95,7 @@ public static class Readings
 
     private static void ReadSession(Client client)
     {
-        Expect(Client.AbiVersion == (1 << 16 | 4), "ABI");
+        Expect(Client.AbiVersion == (1 << 16 | 5), "ABI");
         Expect(client.State == ClientState.Online, "state");
         Expect(Math.Abs(client.ServerTime - client.World().ServerTime) < 0.1 && client.ServerTime > 0, "time");
         Stats stats = client.Stats();

@@ -198,7 +198,7 @@ class WithoutServer(unittest.TestCase):
         library = zoned_client._library
         names = ["abi_version", "create", "destroy", "connect", "quit", "poll", "get_state",
                  "trouble", "set_input", "command", "next_event", "entities", "get_entity", "own",
-                 "get_world", "type", "fields", "field", "field_at", "field_named", "zone", "aim",
+                 "get_world", "type", "fields", "field", "field_at", "field_named", "deform", "zone", "aim",
                  "stats", "shared_value", "server_time", "boxes", "triangles", "particles"]
         for name in names:
             function = getattr(library, "zoned_client_" + name)
@@ -246,6 +246,42 @@ class Fields(unittest.TestCase):
 
             self.assertTrue(play(ann, hit))
             self.assertTrue(play(ann, lambda: bob.poll() and ann.field(target, "health") < 100.0))
+
+    def test_of_a_soft_body_deform_a_mesh(self):
+        """The curtain hangs by two corners, which are where the world's file puts them."""
+        with game_server.serve(world="cloth") as server, Client("ann") as ann:
+            ann.connect("localhost", server.port)
+            self.assertTrue(play(ann, lambda: ann.own() and ann.entities()))
+            names = [ann.type(i).name for i in range(ann.world().types)]
+            kinds = {one.type: one.id for one in ann.entities()}
+            self.assertTrue(play(ann, lambda: kinds.update({one.type: one.id for one in ann.entities()}) or
+                                 {names.index(b"curtain"), names.index(b"crate")} <= kinds.keys()))
+            curtain = kinds[names.index(b"curtain")]
+            self.assertIsNone(ann.deform(kinds[names.index(b"crate")], [(0, 0, 0)]))
+            self.assertIsNone(ann.deform(999_999, [(0, 0, 0)]))
+            corners = [(-2.0, 1.2, 0.0), (2.0, 1.2, 0.0)]
+
+            def hangs_through():
+                left, middle = ann.deform(curtain, [corners[0], (0.0, 1.2, 0.0)])
+                return middle[1] < left[1] - 0.02
+
+            self.assertTrue(play(ann, hangs_through))
+            deformed = ann.deform(curtain, corners)
+            pose = ann.entity(curtain)
+            for corner, place in zip(corners, deformed):
+                at = [p + t for p, t in zip(pose.position, turned(pose.orientation, place))]
+                truth = (-8.0 + corner[0], 1.6 + corner[1], -6.0)
+                # The bounds of its shape, of its place and of its turn.
+                self.assertLess(math.dist(at, truth), 0.07 + 0.05 + 0.1 * math.hypot(*corner))
+
+
+def turned(q, v):
+    """A vector turned by a quaternion of x, y, z, w."""
+    x, y, z, w = q
+    across = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])]
+    return [v[0] + w * across[0] + y * across[2] - z * across[1],
+            v[1] + w * across[1] + z * across[0] - x * across[2],
+            v[2] + w * across[2] + x * across[1] - y * across[0]]
 
 
 if __name__ == "__main__":

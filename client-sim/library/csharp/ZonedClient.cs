@@ -239,67 +239,46 @@ namespace Zoned
 
         [DllImport(Library)]
         internal static extern IntPtr zoned_client_create(uint abi, ref Settings settings, byte[] error, UIntPtr capacity);
-        [DllImport(Library)]
-        internal static extern void zoned_client_destroy(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_connect(IntPtr client, byte[] host, ushort port);
-        [DllImport(Library)]
-        internal static extern void zoned_client_quit(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_poll(IntPtr client, double now);
-        [DllImport(Library)]
-        internal static extern IntPtr zoned_client_trouble(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_set_input(IntPtr client, ref Input input);
+        [DllImport(Library)] internal static extern void zoned_client_destroy(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_connect(IntPtr client, byte[] host, ushort port);
+        [DllImport(Library)] internal static extern void zoned_client_quit(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_poll(IntPtr client, double now);
+        [DllImport(Library)] internal static extern IntPtr zoned_client_trouble(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_set_input(IntPtr client, ref Input input);
         [DllImport(Library)]
         internal static extern int zoned_client_command(IntPtr client, uint kind, byte[] payload, UIntPtr size);
         [DllImport(Library)]
         internal static extern int zoned_client_next_event(IntPtr client, ref EventInfo info, byte[] payload, UIntPtr capacity);
         [DllImport(Library)]
         internal static extern UIntPtr zoned_client_entities(IntPtr client, [In, Out] Entity[] entities, UIntPtr capacity);
-        [DllImport(Library)]
-        internal static extern int zoned_client_own(IntPtr client, ref Avatar avatar);
-        [DllImport(Library)]
-        internal static extern int zoned_client_get_world(IntPtr client, ref World world);
-        [DllImport(Library)]
-        internal static extern int zoned_client_type(IntPtr client, uint index, ref TypeInfo type);
-        [DllImport(Library)]
-        internal static extern int zoned_client_fields(IntPtr client, uint type);
+        [DllImport(Library)] internal static extern int zoned_client_own(IntPtr client, ref Avatar avatar);
+        [DllImport(Library)] internal static extern int zoned_client_get_world(IntPtr client, ref World world);
+        [DllImport(Library)] internal static extern int zoned_client_type(IntPtr client, uint index, ref TypeInfo type);
+        [DllImport(Library)] internal static extern int zoned_client_fields(IntPtr client, uint type);
         [DllImport(Library)]
         internal static extern int zoned_client_field(IntPtr client, uint type, uint index, ref FieldInfo info);
         [DllImport(Library)]
         internal static extern int zoned_client_field_at(IntPtr client, uint entity, uint index, ref FieldValue value);
         [DllImport(Library)]
+        internal static extern int zoned_client_deform(IntPtr client, uint entity, [In, Out] float[] places, UIntPtr count);
+        [DllImport(Library)]
         internal static extern int zoned_client_field_named(IntPtr client, uint entity, byte[] name, ref FieldValue value);
 
-        [DllImport(Library)]
-        internal static extern uint zoned_client_abi_version();
-        [DllImport(Library)]
-        internal static extern int zoned_client_begin(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_stream_wish(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_stream_opened(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_stream_frame(IntPtr client, byte[] frame, UIntPtr size);
-        [DllImport(Library)]
-        internal static extern int zoned_client_stream_closed(IntPtr client, byte[] reason);
-        [DllImport(Library)]
-        internal static extern UIntPtr zoned_client_next_frame(IntPtr client, byte[] frame, UIntPtr capacity);
-        [DllImport(Library)]
-        internal static extern int zoned_client_get_state(IntPtr client);
-        [DllImport(Library)]
-        internal static extern int zoned_client_get_entity(IntPtr client, uint id, ref Entity entity);
-        [DllImport(Library)]
-        internal static extern int zoned_client_zone(IntPtr client, uint index, ref ZoneInfo zone);
+        [DllImport(Library)] internal static extern uint zoned_client_abi_version();
+        [DllImport(Library)] internal static extern int zoned_client_begin(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_stream_wish(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_stream_opened(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_stream_frame(IntPtr client, byte[] frame, UIntPtr size);
+        [DllImport(Library)] internal static extern int zoned_client_stream_closed(IntPtr client, byte[] reason);
+        [DllImport(Library)] internal static extern UIntPtr zoned_client_next_frame(IntPtr client, byte[] frame, UIntPtr capacity);
+        [DllImport(Library)] internal static extern int zoned_client_get_state(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_get_entity(IntPtr client, uint id, ref Entity entity);
+        [DllImport(Library)] internal static extern int zoned_client_zone(IntPtr client, uint index, ref ZoneInfo zone);
         [DllImport(Library)]
         internal static extern int zoned_client_aim(IntPtr client, ref Vector eye, ref Vector direction, double range, ref Aim aim);
-        [DllImport(Library)]
-        internal static extern int zoned_client_stats(IntPtr client, ref Stats stats);
-        [DllImport(Library)]
-        internal static extern int zoned_client_shared_value(IntPtr client, byte[] name, out double value);
-        [DllImport(Library)]
-        internal static extern double zoned_client_server_time(IntPtr client);
+        [DllImport(Library)] internal static extern int zoned_client_stats(IntPtr client, ref Stats stats);
+        [DllImport(Library)] internal static extern int zoned_client_shared_value(IntPtr client, byte[] name, out double value);
+        [DllImport(Library)] internal static extern double zoned_client_server_time(IntPtr client);
         [DllImport(Library)]
         internal static extern UIntPtr zoned_client_boxes(IntPtr client, uint zone, [In, Out] Box[] boxes, UIntPtr capacity);
         [DllImport(Library)]
@@ -482,6 +461,13 @@ namespace Zoned
         {
             value = new FieldValue { Size = Native.SizeOf<FieldValue>() };
             return Check(Native.zoned_client_field_named(client, entity, Native.Bytes(name), ref value)) == 1;
+        }
+
+        /// Deforms places on the undeformed soft body, three numbers each, as it is deformed now; the entity's pose is applied to them
+        /// afterwards. False, and nothing changes, where the entity is not known or has no deformation.
+        public bool Deform(uint entity, float[] places)
+        {
+            return Check(Native.zoned_client_deform(client, entity, places, (UIntPtr)(places.Length / 3))) == 1;
         }
 
         /// ABI of the loaded library: the major version times 65536, and the minor one.

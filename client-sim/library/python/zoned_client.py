@@ -358,6 +358,8 @@ def _load():
     declare("field_at", ctypes.c_int, client, ctypes.c_uint32, index, ctypes.POINTER(FieldValue))
     declare("field_named", ctypes.c_int, client, ctypes.c_uint32, ctypes.c_char_p,
             ctypes.POINTER(FieldValue))
+    declare("deform", ctypes.c_int, client, ctypes.c_uint32, ctypes.POINTER(ctypes.c_float),
+            ctypes.c_size_t)
     declare("own", ctypes.c_int, client, ctypes.POINTER(Avatar))
     declare("get_world", ctypes.c_int, client, ctypes.POINTER(World))
     declare("type", ctypes.c_int, client, index, ctypes.POINTER(TypeInfo))
@@ -518,6 +520,15 @@ class Client:
         if value.kind == FieldKind.NUMBER:
             return value.number
         return value.number != 0 if value.kind == FieldKind.BOOL else value.text.decode()
+
+    def deform(self, identity, places):
+        """Where places of three numbers on the undeformed soft body are now, before the entity's
+        pose; None where the entity is not known or has no deformation."""
+        places = list(places)
+        numbers = (ctypes.c_float * (3 * len(places)))(*(x for place in places for x in place))
+        if self._check(_library.zoned_client_deform(self._client, identity, numbers, len(places))) == 0:
+            return None
+        return [tuple(numbers[3 * i : 3 * i + 3]) for i in range(len(places))]
 
     def own(self):
         return self._maybe("own", Avatar())

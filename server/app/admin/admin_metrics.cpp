@@ -151,6 +151,10 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Bodies whose state was not finite.",
                number(loop.quarantined));
+    out.single("zoned_deformations_beyond_total",
+               "counter",
+               "Ticks of soft bodies whose control points could not keep the bound of their shape.",
+               number(loop.deformations_beyond));
     out.single("zoned_inputs_missing_total",
                "counter",
                "Commands of players that were not there in time.",

@@ -71,6 +71,9 @@ void write_state(JsonWriter& json, const config::Settings& settings, const Place
     }
     json.key("fields").begin_array();
     for (const wire::DeclaredField& field : type.fields->fields()) {
+        if (field.name.starts_with(wire::kControlPointName)) {
+            continue;  // the picture shows what these numbers tell
+        }
         json.begin_object()
             .field("name", field.name)
             .field("value",

@@ -2,10 +2,12 @@
 
 #include "server/admin/spectator/spectator_hub.h"
 #include "server/app/admin/shape_triangles.h"
+#include "server/physics/soft/soft_bodies.h"
 #include "shared/core/json.h"
 
 #include <algorithm>
 #include <array>
+#include <functional>
 
 namespace zoned::app {
 
@@ -135,7 +137,9 @@ void numbers(core::JsonWriter& json, const char* name, const Values& values) {
 
 /// Half sizes of a box; of a round shape radius, half of its segment, radius; of others those of
 /// their box.
-void write_type(core::JsonWriter& json, const world::EntityType& type) {
+void write_type(core::JsonWriter& json,
+                const world::EntityType& type,
+                const std::function<void()>& write_more = {}) {
     Vec3 size = type.half_extents;
     const char* shape = "box";
     switch (type.shape) {
@@ -162,7 +166,39 @@ void write_type(core::JsonWriter& json, const world::EntityType& type) {
         .field("shape", shape)
         .field("character", type.kind == world::EntityKind::kCharacter);
     numbers(json, "size", size);
+    if (write_more) {
+        write_more();
+    }
     json.end_object();
+}
+
+/// The surface of a soft type as it is drawn undeformed, three numbers for each place and each
+/// face; a rope's faces are segments whose last two corners are one.
+void write_soft_surface(core::JsonWriter& json,
+                        const config::Settings& settings,
+                        const world::EntityType& type) {
+    physics::soft::SoftSettings any;
+    any.step_s = static_cast<float>(1.0 / settings.tick_rate_hz);
+    physics::soft::SoftBodies bodies(any);
+    const auto body = bodies.add(*settings.softs[type.solid]);
+    if (!body) {
+        return;
+    }
+    std::vector<Vec3> places(bodies.vertex_count(*body));
+    bodies.vertices(*body, places);
+    json.key("surface").begin_object().key("places").begin_array();
+    for (const Vec3& place : places) {
+        for (const float coordinate : place) {
+            json.value(static_cast<double>(coordinate));
+        }
+    }
+    json.end_array().key("faces").begin_array();
+    for (const physics::soft::SoftFace& face : bodies.drawn_faces(*body)) {
+        for (const std::uint32_t corner : face) {
+            json.value(corner);
+        }
+    }
+    json.end_array().end_object();
 }
 
 void write_box(core::JsonWriter& json, const motion::StaticBox& box) {
@@ -246,7 +282,11 @@ std::string play_json(const config::Settings& settings,
         .field("websocket_tls", websocket_tls);
     json.key("types").begin_array();
     for (const world::EntityType& type : settings.types) {
-        write_type(json, type);
+        write_type(json, type, [&] {
+            if (type.deformation != nullptr) {
+                write_soft_surface(json, settings, type);
+            }
+        });
     }
     json.end_array().end_object();
     return json.text();

@@ -18,7 +18,8 @@ inline constexpr std::size_t kPieceBytes = 262144;
 [[nodiscard]] std::string scene_json(const config::Settings& settings, Tick recorded = 0);
 
 /// Facts of the world for the page /play, beside what the server tells every client: what it is
-/// called, how types look, and where the WebSocket is (0: nowhere).
+/// called, how types look, the surfaces of soft ones that clients deform, and where the WebSocket
+/// is (0: nowhere).
 [[nodiscard]] std::string play_json(const config::Settings& settings,
                                     std::uint16_t websocket_port,
                                     bool websocket_tls);

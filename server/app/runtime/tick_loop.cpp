@@ -330,6 +330,7 @@ void TickLoop::count_zone(std::size_t index) {
     s.publications += r.replication.publications;
     s.out_of_world += r.out_of_world;
     s.quarantined += r.physics.quarantined + r.soft.quarantined;
+    s.deformations_beyond += r.deformations_beyond;
     s.substep_limited += r.physics.substep_limited;
     s.far_bodies += r.physics.far_bodies;
     s.held_back += r.physics.held_back;

@@ -101,10 +101,11 @@ struct LoopStats {
     std::uint64_t fields_refused = 0;
     std::uint64_t out_of_world = 0;
     std::uint64_t quarantined = 0;
-    std::uint64_t substep_limited = 0;  ///< islands and steps beyond the most substeps
-    std::uint64_t far_bodies = 0;       ///< bodies and steps where floats are too coarse
-    std::uint64_t held_back = 0;        ///< bodies that would have passed through static geometry
-    std::uint64_t slowed = 0;           ///< bodies whose speed or spin was cut to the most there is
+    std::uint64_t deformations_beyond = 0;  ///< soft bodies and ticks, see zone::StepReport
+    std::uint64_t substep_limited = 0;      ///< islands and steps beyond the most substeps
+    std::uint64_t far_bodies = 0;           ///< bodies and steps where floats are too coarse
+    std::uint64_t held_back = 0;  ///< bodies that would have passed through static geometry
+    std::uint64_t slowed = 0;     ///< bodies whose speed or spin was cut to the most there is
     std::uint64_t over_budget = 0;
     std::uint64_t inputs = 0;          ///< commands that were due
     std::uint64_t inputs_missing = 0;  ///< of these: not there in time

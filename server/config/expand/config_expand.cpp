@@ -5,6 +5,7 @@
 #include "server/config/npc/poi_config.h"
 #include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/types/deformation_config.h"
 #include "server/config/types/field_config.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
@@ -122,6 +123,7 @@ void expand_soft(const proto::config::Config& config,
     const bool pinned =
         std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.pinned; });
     out.single_beyond_m = narrow(single_beyond_m(config, type, out.radius, pinned));
+    out.deformation = expand_deformation(type, *soft);
     settings.softs.push_back(std::make_shared<const physics::soft::SoftDef>(std::move(soft->def)));
 }
 
@@ -169,7 +171,7 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
     out.brain = brain_of(config, type.brain());
-    out.fields = expand_fields(config, type);
+    expand_fields(config, type, out);
     out.lever = expand_lever(type);
     return out;
 }

@@ -1,6 +1,7 @@
 #include "server/config/types/field_config.h"
 
 #include "server/config/text/check_name.h"
+#include "server/config/types/deformation_config.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
@@ -146,7 +147,29 @@ void check_initial(const DeclaredField& from, const std::string& path, Diagnosti
     }
 }
 
+/// Too many fields are found by the range of the list.
+void check_words(const proto::config::Type& type,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
+    const std::size_t words = words_of_fields(type);
+    if (words > wire::kMostFieldWords) {
+        diagnostics.add(
+            path + ".field",
+            text_of("the fields have %.0f words, at most 128 can be sent: a text has 8, "
+                    "others have 1",
+                    static_cast<double>(words)));
+    }
+}
+
 }  // namespace
+
+std::size_t words_of_fields(const proto::config::Type& type) {
+    std::size_t words = 0;
+    for (const DeclaredField& field : type.field()) {
+        words += field.has_text() ? wire::kTextWords : 1;
+    }
+    return words;
+}
 
 void check_fields(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::map<wire::FieldId, std::string> ids;
@@ -156,10 +179,6 @@ void check_fields(const proto::config::Config& config, Diagnostics& diagnostics)
         for (int f = 0; f < type.field_size(); ++f) {
             const DeclaredField& field = type.field(f);
             const std::string path = join_path(join_path("", "type", t), "field", f);
-            if (f == static_cast<int>(wire::kMostDeclared)) {
-                diagnostics.add(path, "a type declares at most 16 fields");
-                break;
-            }
             if (!check_name(field.name(), "field", path, diagnostics)) {
                 continue;
             }
@@ -186,6 +205,7 @@ void check_fields(const proto::config::Config& config, Diagnostics& diagnostics)
                 check_initial(field, path, diagnostics);
             }
         }
+        check_words(type, join_path("", "type", t), diagnostics);
     }
 }
 
@@ -221,11 +241,9 @@ std::optional<world::Lever> expand_lever(const proto::config::Type& type) {
                         wire::field_id(from.field())};
 }
 
-std::shared_ptr<const wire::FieldSchema> expand_fields(const proto::config::Config& config,
-                                                       const proto::config::Type& type) {
-    if (type.field_size() == 0) {
-        return nullptr;
-    }
+void expand_fields(const proto::config::Config& config,
+                   const proto::config::Type& type,
+                   world::EntityType& out) {
     std::vector<wire::DeclaredField> fields;
     for (const DeclaredField& from : type.field()) {
         wire::DeclaredField& field =
@@ -235,8 +253,11 @@ std::shared_ptr<const wire::FieldSchema> expand_fields(const proto::config::Conf
         }
         put_initial(from, field);
     }
-    const auto made = wire::FieldSchema::make(std::move(fields));
-    return made ? *made : nullptr;
+    add_deformation_fields(type, out, fields);
+    if (!fields.empty()) {
+        const auto made = wire::FieldSchema::make(std::move(fields));
+        out.fields = made ? *made : nullptr;
+    }
 }
 
 }  // namespace zoned::config

@@ -2,6 +2,7 @@
 
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/types/deformation_config.h"
 #include "server/config/types/soft_mesh.h"
 #include "server/physics/soft/builders/builders.h"
 #include "proto/config/config.pb.h"
@@ -245,6 +246,7 @@ void check_soft(const proto::config::Config& config,
         diagnostics.add(here, shape.error());
         return;
     }
+    check_deformation(type, *shape, path, diagnostics);
     const auto& nodes = shape->def.nodes;
     if (type.representation().single_beyond_m() > 0.0 &&
         std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.pinned; })) {

@@ -29,6 +29,18 @@ void describe_fields(const wire::FieldSchema& schema, proto::EntityType& out) {
     }
 }
 
+void describe_deformation(const world::EntityType& type, proto::Deformation& out) {
+    const wire::DeformationLattice& from = *type.deformation;
+    out.set_first_field(type.first_control_point);
+    out.mutable_points()->Add(from.points.begin(), from.points.end());
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_lower(from.lower[axis]);
+        out.add_upper(from.upper[axis]);
+    }
+    out.set_quantum_m(from.quantum_m);
+    out.set_bound_m(from.bound_m);
+}
+
 void describe_type(const world::EntityType& type, proto::EntityType& out) {
     out.set_name(type.name);
     out.set_upright(type.upright());
@@ -38,6 +50,9 @@ void describe_type(const world::EntityType& type, proto::EntityType& out) {
     out.set_character(type.kind == world::EntityKind::kCharacter);
     if (type.fields != nullptr) {
         describe_fields(*type.fields, out);
+    }
+    if (type.deformation != nullptr) {
+        describe_deformation(type, *out.mutable_deformation());
     }
     if (!out.character()) {
         return;

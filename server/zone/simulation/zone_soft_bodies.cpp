@@ -20,7 +20,7 @@ auto link_at(Links& links, EntityId entity) {
         });
 }
 
-const soft::SoftDef& state_machine_of(const ZoneState& state, world::Row row) {
+const soft::SoftDef& rest_of(const ZoneState& state, world::Row row) {
     return *state.settings.softs[(*state.settings.types)[state.entities.type[row]].solid];
 }
 
@@ -30,6 +30,69 @@ void link(ZoneState& state, world::Row row, soft::SoftId body) {
     links.insert(link_at(links, entity), {entity, body});
 }
 
+/// Brings the declared fields of an entity's shape up to date with its nodes and its pose. Nothing
+/// happens where its type sends no shape.
+void follow_deformation(ZoneState& state, world::Row row, soft::SoftId body) {
+    world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[row]];
+    if (type.deformation == nullptr) {
+        return;
+    }
+    SoftMatter& matter = *state.soft;
+    const soft::SoftDef& rest = rest_of(state, row);
+    matter.fits.resize(state.settings.softs.size());
+    std::unique_ptr<DeformationFit>& fit = matter.fits[type.solid];
+    if (fit == nullptr) {
+        fit = std::make_unique<DeformationFit>(*type.deformation, rest);
+    }
+    const Quat back = e.orientation[row].conjugate();
+    matter.moved.resize(rest.nodes.size());
+    for (std::size_t node = 0; node < rest.nodes.size(); ++node) {
+        matter.moved[node] = back * (matter.bodies.position(body, node) - e.position[row]) -
+                             rest.nodes[node].position;
+    }
+    const std::span<const wire::DeclaredField> fields =
+        e.fields().schema(e.type[row])->fields().subspan(type.first_control_point);
+    const std::span<const std::uint32_t> told = e.field_values(row).subspan(fields[0].word);
+    matter.codes.assign(told.begin(),
+                        told.begin() + static_cast<std::ptrdiff_t>(type.deformation->size()));
+    // A body that comes to rest is shown as well as it can be from then on.
+    const float left = fit->follow(matter.moved, matter.bodies.asleep(body), matter.codes);
+    for (std::size_t point = 0; point < matter.codes.size(); ++point) {
+        e.put_field(row, fields[point], {&matter.codes[point], 1}, state.now);
+    }
+    state.report.deformations_beyond += left > type.deformation->bound_m ? 1U : 0U;
+}
+
+/// The declared fields of a body that is as it was defined.
+void undeform(ZoneState& state, world::Row row) {
+    world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[row]];
+    const std::size_t points = type.deformation != nullptr ? type.deformation->size() : 0;
+    const auto reset = [&](std::size_t number) {
+        const wire::DeclaredField& field = e.fields().schema(e.type[row])->fields()[number];
+        e.put_field(row, field, std::span(field.initial).first(1), state.now);
+    };
+    for (std::size_t point = 0; point < points; ++point) {
+        reset(type.first_control_point + point);
+    }
+    if (type.torn_field != 0) {
+        reset(type.torn_field - 1U);
+    }
+}
+
+/// Clients hear how many of its springs have broken, where its type can tear.
+void count_torn(ZoneState& state, world::Row row, soft::SoftId body) {
+    world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[row]];
+    if (type.torn_field != 0) {
+        const wire::DeclaredField& field =
+            e.fields().schema(e.type[row])->fields()[type.torn_field - 1U];
+        const std::uint32_t torn = std::min(state.soft->bodies.torn(body), field.most);
+        e.put_field(row, field, {&torn, 1}, state.now);
+    }
+}
+
 /// The columns of one entity after a step.
 void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     world::Entities& e = state.entities;
@@ -37,7 +100,7 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     const float dt = state.settings.dt;
     const soft::RigidHull hull = bodies.rigid_hull(body);
     const Quat turn =
-        bodies.best_fit_turn(body, state_machine_of(state, row), e.orientation[row]).normalized();
+        bodies.best_fit_turn(body, rest_of(state, row), e.orientation[row]).normalized();
     const bool asleep = bodies.asleep(body);
     e.acceleration[row] =
         asleep ? Vec3(Vec3::Zero()) : Vec3((hull.velocity - e.velocity[row]) / dt);
@@ -49,6 +112,8 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
         e.touch_passing(row);
     }
     e.set(row, world::kAtRest, asleep);
+    follow_deformation(state, row, body);
+    count_torn(state, row, body);
 }
 
 }  // namespace
@@ -87,7 +152,7 @@ soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
 void add_soft(ZoneState& state, world::Row row, bool asleep) {
     SoftMatter& matter = soft_matter(state);
     const world::Entities& e = state.entities;
-    soft::SoftDef def = state_machine_of(state, row);
+    soft::SoftDef def = rest_of(state, row);
     def.user = e.id[row].value;
     for (soft::SoftNode& node : def.nodes) {
         const Vec3 arm = e.orientation[row] * node.position;
@@ -101,6 +166,7 @@ void add_soft(ZoneState& state, world::Row row, bool asleep) {
         matter.bodies.sleep(*body);
     }
     link(state, row, *body);
+    undeform(state, row);
 }
 
 void remove_soft(ZoneState& state, EntityId entity) {

@@ -99,6 +99,24 @@ struct DeclaredFieldMessage {
     }
 };
 
+struct DeformationMessage {
+    std::uint32_t first_field = 0;
+    std::vector<std::uint32_t> points;
+    std::vector<float> lower;
+    std::vector<float> upper;
+    float quantum_m = 0.0F;
+    float bound_m = 0.0F;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.first_field);
+        visit(2, m.points);
+        visit(3, m.lower);
+        visit(4, m.upper);
+        visit(5, m.quantum_m);
+        visit(6, m.bound_m);
+    }
+};
+
 struct EntityTypeMessage {
     std::string name;
     bool upright = false;
@@ -109,6 +127,7 @@ struct EntityTypeMessage {
     std::uint32_t seats = 0;
     std::vector<DeclaredFieldMessage> declared;
     float max_spin_jump_rps = 0.0F;
+    std::optional<DeformationMessage> deformation;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.name);
@@ -120,6 +139,7 @@ struct EntityTypeMessage {
         visit(7, m.seats);
         visit(8, m.declared);
         visit(9, m.max_spin_jump_rps);
+        visit(10, m.deformation);
     }
 };
 

@@ -105,14 +105,26 @@ INSTANTIATE_TEST_SUITE_P(
                      "max_changes_per_s",
                      "1000"}));
 
-TEST(DeclaredFields, AreAtMostSixteenOfAType) {
+TEST(DeclaredFields, AreAtMostSixtyFourOfAType) {
     std::string many;
-    for (int i = 0; i < 17; ++i) {
+    for (int i = 0; i < 65; ++i) {
         many += "  field { name: \"f" + std::to_string(i) + "\" flag { } }\n";
     }
     const Outcome out = parse(with_fields(many));
     ASSERT_FALSE(out.ok);
-    EXPECT_NE(format_errors("test", out.errors).find("16"), std::string::npos)
+    EXPECT_NE(format_errors("test", out.errors).find("64"), std::string::npos)
+        << format_errors("test", out.errors);
+}
+
+TEST(DeclaredFields, HaveRoomForSixteenTexts) {
+    std::string texts;
+    for (int i = 0; i < 16; ++i) {
+        texts += "  field { name: \"t" + std::to_string(i) + "\" text { } }\n";
+    }
+    EXPECT_TRUE(parse(with_fields(texts)).ok);
+    const Outcome out = parse(with_fields(texts + "  field { name: \"f\" flag { } }\n"));
+    ASSERT_FALSE(out.ok);
+    EXPECT_NE(format_errors("test", out.errors).find("129 words"), std::string::npos)
         << format_errors("test", out.errors);
 }
 

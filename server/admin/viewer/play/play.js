@@ -3,7 +3,9 @@
 import { Entities } from '../entities.js';
 import { Renderer } from '../renderer.js';
 import { Geometry } from '../terrain.js';
+import { drawRopes } from '../softs.js';
 import { PlayerControls } from './controls.js';
+import { deformSofts, surfacesOf } from './deformed.js';
 import * as sandbox from './sandbox.js';
 import { CLOSED, ONLINE, WebClient, load } from '../../../../client-sim/web/zoned_client.ts';
 
@@ -24,7 +26,7 @@ const canvas = element('world');
 const entities = new Entities();
 const renderer = new Renderer(canvas);
 const clock = { shown: 0, tickSeconds: 1 / 30 };
-const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], seats: [], frames: 0, items: [], behind: true, doors: '', travels: [] };
+const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], seats: [], surfaces: [], frames: 0, items: [], behind: true, doors: '', travels: [] };
 
 const controls = new PlayerControls(canvas, { act });
 
@@ -80,6 +82,7 @@ function buildScene() {
   const player = types.findIndex(({ name }) => name === 'player');
   page.ownType = player >= 0 ? player : Math.max(0, types.findIndex(({ character }) => character));
   page.ownFields = client.fields(page.ownType);
+  page.surfaces = surfacesOf(types, looks);
   page.seats = client.types().map(({ seats }) => seats);
   page.doors = '-';
   page.travels = client.zones().map((_, i) => i).filter((i) => client.boxes(i, 2).length > 0);
@@ -230,6 +233,8 @@ function draw() {
     hideOwn();
   }
   renderer.lines.clear();
+  deformSofts(renderer.softs, page.surfaces, entities, page.client);
+  drawRopes(renderer.softs, renderer.lines);
   placeCamera();
   renderer.draw(entities, clock, 0);
   ++page.frames;
