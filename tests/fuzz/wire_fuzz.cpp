@@ -4,7 +4,6 @@
 // again. The first byte chooses the reader, the rest is its input.
 
 #include "tests/fuzz/wire_input.h"
-#include "tests/unit/wire/wire_samples.h"
 #include "shared/core/assert.h"
 
 #include <cstddef>
@@ -13,17 +12,21 @@ namespace zoned::wire::fuzz {
 
 /// The declared fields of a record that says that it has some; a `mask` of 0 where they were
 /// refused. `update` holds the values.
-inline DeclaredPart declared_part(RecordReader& reader, DeclaredUpdate& update) {
-    static const auto fields = testing::sample_fields();
+inline DeclaredPart declared_part(RecordReader& reader,
+                                  const FieldSchema& fields,
+                                  DeclaredUpdate& update) {
     DeclaredPart part;
-    if (reader.read_declared(fields.get(), update) == DeclaredFault::kNone) {
-        part = {fields.get(), std::span(update.words).first(fields->words()), update.mask};
+    if (reader.read_declared(&fields, update) == DeclaredFault::kNone) {
+        part = {&fields, std::span(update.words).first(fields.words()), update.mask};
     }
     return part;
 }
 
 /// Reads one record and returns its new encoding; empty when it was refused or skipped.
-inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantization& q) {
+inline Bytes reencoded_record(RecordReader& reader,
+                              bool skip,
+                              const FieldSchema& fields,
+                              const Quantization& q) {
     Bytes out;
     const auto head = reader.next_head();
     if (!head.ok()) {
@@ -44,7 +47,7 @@ inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantizatio
             ZONED_ASSERT(again == *state, "an accepted state survives the way through floats");
             DeclaredUpdate update;
             const DeclaredPart part =
-                head->declared ? declared_part(reader, update) : DeclaredPart();
+                head->declared ? declared_part(reader, fields, update) : DeclaredPart();
             if (head->declared == (part.mask != 0)) {
                 encode_absolute(*head, *state, head->upright, q, out, part);
             }
@@ -57,7 +60,7 @@ inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantizatio
         if (state.ok()) {
             DeclaredUpdate update;
             const DeclaredPart part =
-                head->declared ? declared_part(reader, update) : DeclaredPart();
+                head->declared ? declared_part(reader, fields, update) : DeclaredPart();
             if (head->declared == (part.mask != 0)) {
                 encode_delta(*head, *state, keyframe, head->upright, q, out, part);
             }
@@ -75,7 +78,7 @@ inline std::size_t try_records(Input input, std::uint8_t choice) {
     std::size_t offset = 0;
     bool comparing = true;
     while (!reader.done()) {
-        const Bytes again = reencoded_record(reader, skip, q);
+        const Bytes again = reencoded_record(reader, skip, fields_for(choice), q);
         // After a skipped record the offset is not known any more.
         comparing = comparing && !again.empty();
         if (comparing) {

@@ -1,6 +1,7 @@
 // Wire input: the readers that the first byte of an input of the wire-format fuzzer chooses.
 #pragma once
 
+#include "tests/unit/wire/wire_samples.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/publication.h"
 
@@ -16,6 +17,13 @@ using Bytes = std::vector<std::uint8_t>;
 
 inline bool same_bytes(Input a, Input b) {
     return std::ranges::equal(a, b);
+}
+
+/// The declared fields of all types of that choice: a few, or as many as a type may have.
+inline const FieldSchema& fields_for(std::uint8_t choice) {
+    static const auto few = testing::sample_fields();
+    static const auto most = testing::most_fields();
+    return (choice & 4) != 0 ? *most : *few;
 }
 
 inline Quantization quantization_for(std::uint8_t choice) {

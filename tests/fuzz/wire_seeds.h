@@ -2,15 +2,17 @@
 #pragma once
 
 #include "tests/fuzz/wire_input.h"
-#include "tests/unit/wire/wire_samples.h"
 
 namespace zoned::wire::fuzz {
 
 /// A valid input of the fuzzer, of any of its kinds.
 inline Bytes valid_input(core::Rng& rng) {
-    Bytes out{static_cast<std::uint8_t>(rng.below(16))};
+    Bytes out{static_cast<std::uint8_t>(rng.below(32))};
     if (out[0] % 4 == 0) {
-        const Quantization q = quantization_for(static_cast<std::uint8_t>(out[0] / 4));
+        const auto choice = static_cast<std::uint8_t>(out[0] / 4);
+        const Quantization q = quantization_for(choice);
+        const FieldSchema& fields = fields_for(choice);
+        std::vector<std::uint32_t> words(fields.initial().begin(), fields.initial().end());
         for (std::uint32_t n = 1 + rng.below(5); n > 0; --n) {
             const bool upright = rng.below(2) != 0;
             RecordHead head;
@@ -20,12 +22,19 @@ inline Bytes valid_input(core::Rng& rng) {
             const Quantization level = at_lod(q, head.lod);
             const auto state = testing::random_quantized(rng, upright, level);
             const std::uint32_t kind = rng.below(5);
+            const DeclaredField& changed =
+                fields.fields()[rng.below(static_cast<std::uint32_t>(fields.fields().size()))];
+            testing::change_field(rng, changed, words);
+            DeclaredPart part;
+            if (rng.below(2) != 0) {
+                part = {&fields, words, changed_from_initial(fields, words)};
+            }
             if (kind == 0) {
                 encode_remove(head.entity, out);
             } else if (kind < 3) {
-                encode_absolute(head, state, upright, q, out);
+                encode_absolute(head, state, upright, q, out, part);
             } else {
-                encode_delta(head, state, keyframe_for(upright, level), upright, q, out);
+                encode_delta(head, state, keyframe_for(upright, level), upright, q, out, part);
             }
         }
     } else if (out[0] % 4 == 1) {

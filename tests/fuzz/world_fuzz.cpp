@@ -9,7 +9,7 @@ namespace zoned::fuzz {
 
 namespace {
 
-/// A box, a door, a platform, a slope, a triangle, smoke, a clock and a variable.
+/// A box, a door, a platform, a slope, a triangle, smoke, a clock, a variable and a soft body.
 proto::WorldDescription furnished() {
     test::FakeServer server;
     server.sparks = true;
@@ -46,12 +46,44 @@ proto::WorldDescription furnished() {
     for (const std::uint32_t corner : {0U, 1U, 2U}) {
         triangles.add_corner(corner);
     }
+    proto::EntityType& soft = *w.mutable_types(0);
+    proto::Deformation& deformation = *soft.mutable_deformation();
+    for (const std::uint32_t points : {2U, 2U, 1U}) {
+        deformation.add_points(points);
+        deformation.add_lower(-1.0F);
+        deformation.add_upper(1.0F);
+    }
+    deformation.set_quantum_m(0.02F);
+    deformation.set_bound_m(0.05F);
+    for (int point = 0; point < 4; ++point) {
+        proto::DeclaredField& field = *soft.add_fields();
+        field.set_name("control_point_" + std::to_string(point));
+        field.set_quantum(1.0);
+        field.set_steps(wire::kMostFieldSteps);
+        field.add_initial(wire::DeformationLattice::kUndisplaced);
+    }
     w.add_shared_clocks()->set_period(24.0);
     proto::SharedVariable::Phase& phase = *w.add_shared_variables()->add_phases();
     phase.set_weight(1.0);
     phase.set_min_s(1.0);
     phase.set_max_s(2.0);
     return w;
+}
+
+/// Any place is displaced by no more than the range of a code.
+void deform(const view::View& view) {
+    const view::WorldInfo& world = view.world();
+    for (std::size_t t = 0; t < world.types.size(); ++t) {
+        if (const auto& lattice = world.types[t].deformation) {
+            const wire::FieldSchema& fields =
+                *wire::schema_of(world.fields, static_cast<TypeIndex>(t));
+            const std::size_t first = fields.fields()[world.types[t].first_control_point].word;
+            const Vec3 moved = lattice->displacement_at(
+                lattice->weights_at(Vec3(0.3F, -9.0F, 1e9F)), fields.initial().subspan(first));
+            ZONED_ASSERT(moved.cwiseAbs().maxCoeff() <= 129.0F * lattice->quantum_m,
+                         "a displacement is within the range of its code");
+        }
+    }
 }
 
 /// A second of a walk in all directions, from a state that the server gave.
@@ -97,6 +129,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     view::View view(std::make_shared<const view::WorldInfo>(std::move(*world)), {}, nullptr);
     fuzz::walk(view);
+    fuzz::deform(view);
     std::vector<motion::CosmeticParticle> smoke;
     for (const view::CosmeticInfo& system : view.world().cosmetics) {
         for (const motion::CosmeticEmitter& emitter : system.emitters) {

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace zoned::view {
 namespace {
 
@@ -67,6 +69,61 @@ struct ViewFields : testing::Test {
     View view;
     std::vector<std::uint8_t> records;
 };
+
+/// A soft body with a lattice of 2 x 1 x 1 control points behind a field of the game.
+proto::WorldDescription world_with_lattice() {
+    proto::WorldDescription world = test::FakeServer().world();
+    proto::EntityType& type = *world.mutable_types(0);
+    for (const char* name : {"health", "control_point_0", "control_point_1"}) {
+        proto::DeclaredField& field = *type.add_fields();
+        field.set_name(name);
+        field.set_quantum(1.0);
+        field.set_steps(wire::kMostFieldSteps);
+    }
+    proto::Deformation& lattice = *type.mutable_deformation();
+    lattice.set_first_field(1);
+    for (const std::uint32_t points : {2U, 1U, 1U}) {
+        lattice.add_points(points);
+        lattice.add_lower(-1.0F);
+        lattice.add_upper(1.0F);
+    }
+    lattice.set_quantum_m(0.01F);
+    lattice.set_bound_m(0.05F);
+    return world;
+}
+
+TEST(ViewDeformation, IsReadWhereTheTypeHasFieldsForIt) {
+    const auto read = test::read_world(world_with_lattice());
+    ASSERT_TRUE(read.ok()) << read.error();
+    ASSERT_TRUE(read->types[0].deformation.has_value());
+    EXPECT_EQ(read->types[0].deformation->size(), 2U);
+    EXPECT_EQ(read->types[0].first_control_point, 1U);
+    EXPECT_FALSE(test::read_world(test::FakeServer().world())->types[0].deformation.has_value());
+}
+
+TEST(ViewDeformation, IsRefusedWhereItIsNone) {
+    using Change = void (*)(proto::EntityType&);
+    for (const Change change : {
+             Change([](proto::EntityType& t) { t.clear_fields(); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_first_field(2); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_first_field(~0U); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_points(0, 0); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_points(0, 3); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_points(1, ~0U); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->add_points(1); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_lower(2, 2.0F); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_upper(0, NAN); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_quantum_m(0.0F); }),
+             Change([](proto::EntityType& t) { t.mutable_deformation()->set_bound_m(NAN); }),
+             Change([](proto::EntityType& t) { t.mutable_fields(2)->set_steps(100); }),
+         }) {
+        proto::WorldDescription world = world_with_lattice();
+        change(*world.mutable_types(0));
+        const auto read = test::read_world(world);
+        ASSERT_FALSE(read.ok());
+        EXPECT_EQ(read.error(), "malformed deformation of an entity type");
+    }
+}
 
 TEST_F(ViewFields, AreKnownAtEachRecentTick) {
     record(true, 100, -1);
